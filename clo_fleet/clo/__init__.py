@@ -1,0 +1,1 @@
+"""Causal-link opportunities: the idea, free of any robot. Standard library only."""

@@ -1,0 +1,194 @@
+"""What an executive remembers, as plain data that can be saved and restored."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, astuple, dataclass, field, replace
+from typing import Any, Self
+
+from clo_fleet.clo.messages import Cause
+from clo_fleet.clo.plan import Step
+from clo_fleet.clo.task import Action, Condition, Fact
+
+__all__ = ["ExecutiveState", "Tally"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tally:
+    """What became of a robot's steps.
+
+    Always: ``planned + planned_again + added = executed + dropped + cancelled + failed + superseded + pending``.
+
+    Attributes:
+        planned: steps of the first plan.
+        planned_again: steps of later plans.
+        added: steps put in by the executive (a failed step that is tried again).
+        executed: steps carried out to their end.
+        dropped: steps that a repair or a goal reached made needless.
+        cancelled: running steps stopped because they became needless.
+        failed: steps tried in vain.
+        superseded: steps left over when a new plan took the place of an old one.
+        pending: steps still to be done.
+        plans: plans received.
+        planner_calls: questions to the planner.
+    """
+
+    planned: int = 0
+    planned_again: int = 0
+    added: int = 0
+    executed: int = 0
+    dropped: int = 0
+    cancelled: int = 0
+    failed: int = 0
+    superseded: int = 0
+    pending: int = 0
+    plans: int = 0
+    planner_calls: int = 0
+
+    def plus(
+        self, *, executed: int = 0, dropped: int = 0, cancelled: int = 0, failed: int = 0, added: int = 0,
+        planner_calls: int = 0,
+    ) -> "Tally":  # fmt: skip
+        """The tally with these added."""
+        return replace(
+            self,
+            executed=self.executed + executed,
+            dropped=self.dropped + dropped,
+            cancelled=self.cancelled + cancelled,
+            failed=self.failed + failed,
+            added=self.added + added,
+            planner_calls=self.planner_calls + planner_calls,
+        )
+
+    def with_plan(self, steps: int, superseded: int, *, first: bool) -> "Tally":
+        """The tally after a plan of ``steps`` took the place of ``superseded`` steps."""
+        return replace(
+            self,
+            planned=self.planned + (steps if first else 0),
+            planned_again=self.planned_again + (0 if first else steps),
+            superseded=self.superseded + superseded,
+            plans=self.plans + 1,
+        )
+
+    @property
+    def adds_up(self) -> bool:
+        """Whether every step that came in is accounted for."""
+        came = self.planned + self.planned_again + self.added
+        went = self.executed + self.dropped + self.cancelled + self.failed + self.superseded + self.pending
+        return came == went
+
+
+@dataclass(slots=True, kw_only=True)
+class ExecutiveState:
+    """The memory of an executive.
+
+    Attributes:
+        question: the state from which a plan was asked for, until the answer comes.
+        news: facts that changed since then, and by whose action.
+        unsolvable: the last state from which the planner was asked in vain.
+    """
+
+    beliefs: set[Fact]
+    goals: tuple[Condition, ...]
+    begun: bool = False
+    satisfied: bool = False
+    cancelling: bool = False
+    running: int | None = None
+    outcome: str = ""
+    waiting: str = ""
+    plan: list[Step] = field(default_factory=list)
+    suspended: set[int] = field(default_factory=set)
+    promised: frozenset[Fact] = frozenset()
+    offers: dict[int, tuple[Condition, ...]] = field(default_factory=dict)
+    question: frozenset[Fact] | None = None
+    news: dict[Fact, Cause | None] = field(default_factory=dict)
+    attempts: dict[str, int] = field(default_factory=dict)
+    unsolvable: frozenset[Fact] | None = None
+    planner_deaths: int = 0
+    relapses: int = 0
+    next_step: int = 1
+    tally: Tally = Tally()
+
+    def state(self) -> dict[str, object]:
+        """Plain data: numbers, texts, lists and dictionaries."""
+        return {
+            **{name: getattr(self, name) for name in _SCALARS},
+            "beliefs": sorted(map(list, self.beliefs)),
+            "goals": _conditions(self.goals),
+            "plan": [{"id": step.id, "action": _action(step.action)} for step in self.plan],
+            "suspended": sorted(self.suspended),
+            "promised": sorted(map(list, self.promised)),
+            "offers": [[offer, _conditions(needs)] for offer, needs in self.offers.items()],
+            "question": _facts(self.question),
+            "news": [[list(fact), cause and astuple(cause)] for fact, cause in self.news.items()],
+            "attempts": dict(self.attempts),
+            "unsolvable": _facts(self.unsolvable),
+            "tally": asdict(self.tally),
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """The memory that ``state()`` was taken from."""
+        return cls(
+            **{name: state[name] for name in _SCALARS},
+            beliefs=set(map(tuple, state["beliefs"])),
+            goals=_read_conditions(state["goals"]),
+            plan=[Step(step["id"], _read_action(step["action"])) for step in state["plan"]],
+            suspended=set(state["suspended"]),
+            promised=frozenset(map(tuple, state["promised"])),
+            offers={offer: _read_conditions(needs) for offer, needs in state["offers"]},
+            question=_read_facts(state["question"]),
+            news={tuple(fact): cause and Cause(*cause) for fact, cause in state["news"]},
+            attempts=dict(state["attempts"]),
+            unsolvable=_read_facts(state["unsolvable"]),
+            tally=Tally(**state["tally"]),
+        )
+
+
+_SCALARS = (
+    "begun",
+    "satisfied",
+    "cancelling",
+    "running",
+    "outcome",
+    "waiting",
+    "planner_deaths",
+    "relapses",
+    "next_step",
+)
+
+
+def _facts(facts: frozenset[Fact] | None) -> list[list[str]] | None:
+    return None if facts is None else sorted(map(list, facts))
+
+
+def _read_facts(plain: list[list[str]] | None) -> frozenset[Fact] | None:
+    return None if plain is None else frozenset(map(tuple, plain))
+
+
+def _conditions(conditions: tuple[Condition, ...]) -> list[object]:
+    return [[list(condition.fact), condition.positive] for condition in conditions]
+
+
+def _read_conditions(plain: list[Any]) -> tuple[Condition, ...]:
+    return tuple(Condition(tuple(fact), positive) for fact, positive in plain)
+
+
+def _action(action: Action) -> dict[str, object]:
+    return {
+        "schema": action.schema,
+        "args": list(action.args),
+        "needs": _conditions(action.needs),
+        "adds": sorted(map(list, action.adds)),
+        "deletes": sorted(map(list, action.deletes)),
+        "cost": action.cost,
+    }
+
+
+def _read_action(plain: Mapping[str, Any]) -> Action:
+    return Action(
+        schema=plain["schema"],
+        args=tuple(plain["args"]),
+        needs=_read_conditions(plain["needs"]),
+        adds=frozenset(map(tuple, plain["adds"])),
+        deletes=frozenset(map(tuple, plain["deletes"])),
+        cost=plain["cost"],
+    )
