@@ -1,0 +1,301 @@
+"""Everything that the event log can say. One class a kind; values only; times in simulated seconds.
+
+A line of ``events.jsonl`` is ``{"id": n, "t": seconds, "kind": "action_started", ...}``: the kind is the class's
+name in lower case, the other keys its fields. Ids count from 0 in the order of the log. The format is
+versioned by ``EVENTS_FORMAT``, which the first line (``run_started``) carries.
+"""
+
+import re
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+from clo_fleet.clo.task import Fact, fact_text
+
+__all__ = [
+    "EVENTS_FORMAT",
+    "ActionEnded",
+    "ActionStarted",
+    "Body",
+    "Crossed",
+    "Disturbed",
+    "Event",
+    "FactChanged",
+    "GaveUp",
+    "GoalsReached",
+    "OfferAnswered",
+    "OfferClosed",
+    "OfferMade",
+    "PlanAnnounced",
+    "PlanFailed",
+    "PlanFollowed",
+    "PlanRequested",
+    "Poses",
+    "Recorder",
+    "RepairFailed",
+    "RunEnded",
+    "RunStarted",
+    "Sensed",
+    "StepsLeftOut",
+    "Waiting",
+    "kind",
+    "plain",
+]
+
+EVENTS_FORMAT = "clo-fleet/events/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunStarted:
+    """The first event: what is run."""
+
+    format: str
+    version: str
+    world: str
+    map: str
+    strategy: str
+    seed: int
+    until: float
+    robots: tuple[str, ...]
+    objects: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequested:
+    """A robot asked its planner for a plan."""
+
+    robot: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFollowed:
+    """A plan came and is followed. ``steps`` as ``[id, action]``; ``superseded``: steps of the old plan."""
+
+    robot: str
+    steps: tuple[tuple[int, str], ...]
+    superseded: tuple[str, ...]
+    expansions: int
+    cost: int
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFailed:
+    """The planner brought no plan."""
+
+    robot: str
+    reason: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class PlanAnnounced:
+    """A robot told the others by radio the steps that it still means to do."""
+
+    robot: str
+    steps: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActionStarted:
+    """A robot began to carry out a step of its plan."""
+
+    robot: str
+    step: int
+    action: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionEnded:
+    """How an action ended: ``finished``, ``failed`` (``reason``) or ``cancelled``. ``started``: that event's id."""
+
+    robot: str
+    step: int
+    action: str
+    ending: str
+    reason: str
+    started: int
+
+
+@dataclass(frozen=True, slots=True)
+class FactChanged:
+    """A fact of the truth changed. ``by``, ``cause``: the robot, and its action's start, if one did it."""
+
+    fact: Fact
+    value: bool
+    by: str | None
+    cause: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Sensed:
+    """A robot learnt a fact that it did not believe.
+
+    ``source``: sight or radio; ``opportunity``: whether a step of its plan was there to bring it about;
+    ``by``, ``cause``: who did it.
+    """
+
+    robot: str
+    fact: Fact
+    value: bool
+    source: str
+    opportunity: bool
+    by: str | None
+    cause: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class StepsLeftOut:
+    """Steps left a robot's plan: why, and the fact that took their place, and whose action brought it about."""
+
+    robot: str
+    steps: tuple[tuple[int, str], ...]
+    reason: str
+    fact: Fact | None
+    by: str | None
+    cause: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class RepairFailed:
+    """A plan could not be repaired: what it lacks."""
+
+    robot: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """A robot has nothing to do for now, or stands: what for."""
+
+    robot: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class GoalsReached:
+    """A robot believes that all its goals hold."""
+
+    robot: str
+
+
+@dataclass(frozen=True, slots=True)
+class GaveUp:
+    """A robot stopped for good."""
+
+    robot: str
+    outcome: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class OfferMade:
+    """A robot stands ready to hand an object over."""
+
+    offer: int
+    robot: str
+    to: str
+    object: str
+    place: str
+
+
+@dataclass(frozen=True, slots=True)
+class OfferAnswered:
+    """The other robot's answer."""
+
+    offer: int
+    accepted: bool
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class OfferClosed:
+    """The handover took place, or came to nothing."""
+
+    offer: int
+    kept: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Crossed:
+    """A robot changed between body in a room and vehicle in the corridors, at a door."""
+
+    robot: str
+    door: str
+    into: str
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbed:
+    """A disturbance of the schedule took place."""
+
+    disturbance: str
+    subject: str
+    detail: str
+
+
+Body = tuple[str, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Poses:
+    """Where everything that moved since the last such event is: name, x [m], y [m], heading [rad]."""
+
+    robots: tuple[Body, ...]
+    objects: tuple[Body, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnded:
+    """The last event: the outcome."""
+
+    outcome: str
+    why: str
+
+
+Event = (
+    RunStarted
+    | PlanRequested
+    | PlanFollowed
+    | PlanFailed
+    | PlanAnnounced
+    | ActionStarted
+    | ActionEnded
+    | FactChanged
+    | Sensed
+    | StepsLeftOut
+    | RepairFailed
+    | Waiting
+    | GoalsReached
+    | GaveUp
+    | OfferMade
+    | OfferAnswered
+    | OfferClosed
+    | Crossed
+    | Disturbed
+    | Poses
+    | RunEnded
+)
+
+
+class Recorder(Protocol):
+    """Takes events as they happen."""
+
+    def record(self, time: float, event: Event) -> int:
+        """Keep the event; returns its id."""
+
+
+def kind(event: Event) -> str:
+    """The event's kind as the log names it.
+
+    >>> kind(GoalsReached("r1"))
+    'goals_reached'
+    """
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(event).__name__).lower()
+
+
+def plain(event: Event) -> dict[str, object]:
+    """The event's fields as JSON takes them; facts as ``(holding r1 o2)``."""
+    values = {field.name: getattr(event, field.name) for field in fields(event)}
+    if isinstance(event, FactChanged | Sensed | StepsLeftOut):
+        values["fact"] = fact_text(event.fact) if event.fact is not None else None
+    return values
