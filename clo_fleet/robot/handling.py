@@ -1,0 +1,217 @@
+"""The skills ``prepare``, ``grasp`` and ``place``: go within reach, work for a while, and the world has changed.
+
+The work counts only while the object stays within reach. An object that was shoved away makes the skill fail,
+and so does one that is gone or in another robot's hand; what the robot saw of it is what it has learnt.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Self
+
+from clo_fleet.clo.messages import Flip
+from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
+from clo_fleet.robot.steering import Steering
+from clo_fleet.world.model import ObjectId, PlaceId, Point, RoomId
+
+__all__ = ["Handle", "Place", "Work"]
+
+GIVE_UP = 30.0  # [s] without getting nearer
+LOST = 0.15  # [m] beyond reach by this much, work is lost
+MARGIN = 0.1  # [m] stop this much inside reach
+
+
+class Work(Enum):
+    """What is done to an object."""
+
+    PREPARE = "prepare"
+    GRASP = "grasp"
+
+
+@dataclass(slots=True)
+class Handle:
+    """Prepare or grasp ``item`` in ``room``. ``worked``: how long it has been worked on [s]."""
+
+    work: Work
+    item: ObjectId
+    room: RoomId
+    worked: float = -1.0
+    nearest: float = math.inf
+    nearer_at: float = 0.0
+    cancelling: bool = False
+    steering: Steering = field(default_factory=Steering)
+
+    def step(self, body: Body) -> Progress:
+        """Go on for one tick."""
+        if self.cancelling:
+            return Cancelled()
+        if (gone := self._gone(body)) is not None:
+            return gone
+        position = body.site.item_position(self.item)
+        assert position is not None, "an object that lies in a room has a position"
+        distance = math.dist(position, body.site.pose(body.id).point) - body.spec.radius
+        if self.worked < 0.0:
+            if distance > body.settings.reach - MARGIN:
+                return self._go(body, position, distance)
+            self.worked = 0.0
+        if distance > body.settings.reach + LOST:
+            return Failed("out of reach", self._seen(body))
+        self.worked += body.site.tick
+        if self.worked < self._duration(body) - 1e-9:
+            return Under()
+        if self.work is Work.PREPARE:
+            body.truth.prepare(self.item, body.cause)
+        else:
+            if not body.truth.prepared(self.item):
+                return Failed("not prepared", self._seen(body))
+            body.site.rooms.grasp(body.id, self.item)
+            body.truth.handle(self.item, body.cause)
+        return Done()
+
+    def cancel(self) -> None:
+        """Stop: neither preparing nor reaching out leaves anything half done."""
+        self.cancelling = True
+
+    def release(self, body: Body) -> None:
+        """It holds nothing shared."""
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "skill": "handle",
+            "work": self.work.value,
+            "item": self.item,
+            "room": self.room,
+            "worked": self.worked,
+            "nearest": self.nearest if math.isfinite(self.nearest) else None,
+            "nearer_at": self.nearer_at,
+            "cancelling": self.cancelling,
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """The skill that ``state()`` was taken from."""
+        return cls(
+            work=Work(state["work"]),
+            item=state["item"],
+            room=state["room"],
+            worked=state["worked"],
+            nearest=math.inf if state["nearest"] is None else state["nearest"],
+            nearer_at=state["nearer_at"],
+            cancelling=state["cancelling"],
+        )
+
+    def _duration(self, body: Body) -> float:
+        work = body.settings.prepare if self.work is Work.PREPARE else body.settings.grasp
+        return work * body.factor
+
+    def _gone(self, body: Body) -> Failed | None:
+        """The failure, if the object does not lie in the room any more."""
+        carrier = body.site.rooms.carrier(self.item)
+        if carrier is not None:
+            return Failed(f"taken by {carrier}", self._seen(body))
+        if body.site.item_place(self.item) != PlaceId(self.room):
+            return Failed("not there", self._seen(body))
+        return None
+
+    def _seen(self, body: Body) -> tuple[Flip, ...]:
+        """What the robot, standing there, sees of the object."""
+        facts = body.truth.facts
+        watched = (("at-object", self.item, self.room), ("prepared", self.item))
+        return tuple(Flip(fact, fact in facts, body.truth.cause(fact)) for fact in watched)
+
+    def _go(self, body: Body, position: Point, distance: float) -> Progress:
+        if distance < self.nearest - 0.02:
+            self.nearest, self.nearer_at = distance, body.time
+        if body.time - self.nearer_at > GIVE_UP:
+            return Failed("cannot get near", (Flip(("at-object", self.item, self.room), False),))
+        reach = body.settings.reach - MARGIN + body.spec.radius
+        return Under(
+            self.steering.velocity(
+                body.site, body.spec, self.room, position, body.time, near=reach, ignoring=(self.item,)
+            )
+        )
+
+
+@dataclass(slots=True)
+class Place:
+    """Put ``item`` down in ``room``, away from doors and from what lies there."""
+
+    item: ObjectId
+    room: RoomId
+    spot: Point | None = None
+    worked: float = -1.0
+    began: float = -1.0
+    cancelling: bool = False
+    steering: Steering = field(default_factory=Steering)
+
+    def step(self, body: Body) -> Progress:
+        """Go on for one tick."""
+        if self.cancelling:
+            return Cancelled()
+        if body.site.rooms.carrier(self.item) != body.id:
+            return Failed("not in hand", (Flip(("holding", body.id, self.item), False),))
+        self.began = body.time if self.began < 0.0 else self.began
+        if self.spot is None:
+            self.spot = body.site.rooms.free_spot(
+                body.site.pose(body.id).point, body.site.item_radius(self.item), self.room
+            )
+            if self.spot is None:
+                if body.time - self.began > GIVE_UP:
+                    return Failed("no free spot")
+                return Under(standing_for="a free spot")
+        here = body.site.pose(body.id).point
+        within = body.spec.radius + body.settings.reach
+        if self.worked < 0.0:
+            if math.dist(here, self.spot) > within:
+                if body.time - self.began > GIVE_UP:
+                    self.spot, self.began = None, body.time
+                    return Under()
+                velocity = self.steering.velocity(
+                    body.site, body.spec, self.room, self.spot, body.time, near=within - MARGIN
+                )
+                return Under(velocity)
+            self.worked = 0.0
+        self.worked += body.site.tick
+        if self.worked < body.settings.place * body.factor - 1e-9:
+            return Under()
+        spot = body.site.rooms.free_spot(self.spot, body.site.item_radius(self.item), self.room)
+        if spot is None or math.dist(here, spot) > within + LOST:
+            self.spot, self.worked = None, -1.0
+            return Under(standing_for="a free spot")
+        body.site.rooms.release(body.id, self.item, spot)
+        body.truth.handle(self.item, body.cause)
+        return Done()
+
+    def cancel(self) -> None:
+        """Stop: the object stays in hand."""
+        self.cancelling = True
+
+    def release(self, body: Body) -> None:
+        """It holds nothing shared."""
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "skill": "place",
+            "item": self.item,
+            "room": self.room,
+            "spot": list(self.spot) if self.spot else None,
+            "worked": self.worked,
+            "began": self.began,
+            "cancelling": self.cancelling,
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """The skill that ``state()`` was taken from."""
+        spot = state["spot"]
+        return cls(
+            item=state["item"],
+            room=state["room"],
+            spot=(spot[0], spot[1]) if spot else None,
+            worked=state["worked"],
+            began=state["began"],
+            cancelling=state["cancelling"],
+        )

@@ -1,0 +1,180 @@
+"""One robot: its executive, the skill that it is carrying out, and what it does while it has nothing to do."""
+
+import hashlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+from clo_fleet.clo.executive import Executive
+from clo_fleet.clo.messages import Cause
+from clo_fleet.clo.plan import Step
+from clo_fleet.errors import CloFleetError
+from clo_fleet.robot.drive import Drive
+from clo_fleet.robot.giving import Give
+from clo_fleet.robot.handling import Handle, Place, Work
+from clo_fleet.robot.skill import Body, Cancelled, Exchange, Failed, Progress, Skill, Under
+from clo_fleet.robot.steering import Steering
+from clo_fleet.sim.site import Site
+from clo_fleet.sim.truth import Truth
+from clo_fleet.sim.walls import in_front
+from clo_fleet.world.model import ObjectId, Point, RobotId, RobotSpec, RoomId, SkillSettings
+
+__all__ = ["Meters", "NoSkillError", "Robot", "SITE_SKILLS"]
+
+CLEAR_OF_DOORS = 0.9  # [m] an idle robot keeps this far from where others come through
+
+
+class NoSkillError(CloFleetError):
+    """No skill is bound to an action's schema.
+
+    Attributes:
+        schema: the schema's name.
+    """
+
+    def __init__(self, schema: str) -> None:
+        super().__init__(f"no skill carries out action {schema!r}; there are {', '.join(sorted(SITE_SKILLS))}")
+        self.schema = schema
+
+
+# action schema -> the skill that carries it out, from the action's arguments after the robot itself
+SITE_SKILLS: Mapping[str, Callable[..., Skill]] = MappingProxyType(
+    {
+        "move": lambda start, goal: Drive(RoomId(start), RoomId(goal)),
+        "prepare": lambda item, room: Handle(Work.PREPARE, ObjectId(item), RoomId(room)),
+        "grasp": lambda item, room: Handle(Work.GRASP, ObjectId(item), RoomId(room)),
+        "place": lambda item, room: Place(ObjectId(item), RoomId(room)),
+        "give": lambda taker, item, room: Give(ObjectId(item), RobotId(taker), RoomId(room)),
+    }
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Meters:
+    """How a robot's simulated time went [s], and how far it came [m]."""
+
+    travelling: float = 0.0
+    working: float = 0.0
+    waiting: float = 0.0
+    distance: float = 0.0
+
+
+class Robot:
+    """The body of one executive. It carries out one step at a time."""
+
+    def __init__(self, spec: RobotSpec, executive: Executive, *, seed: int) -> None:
+        self.spec = spec
+        self.executive = executive
+        self.meters = Meters()
+        self.cause: Cause | None = None
+        self._seed = seed
+        self._skill: Skill | None = None
+        self._factor = 1.0
+        self._last: Point = spec.pose.point
+        self._spot: Point | None = None
+        self._steering = Steering()
+
+    @property
+    def id(self) -> RobotId:
+        """The robot's id."""
+        return self.spec.id
+
+    def begin(self, step: Step, event: int, settings: SkillSettings) -> None:
+        """Start the skill of ``step``, whose start is event ``event`` of the log.
+
+        Raises:
+            NoSkillError: if no skill is bound to the action's schema.
+        """
+        if step.action.schema not in SITE_SKILLS:
+            raise NoSkillError(step.action.schema)
+        self._skill = SITE_SKILLS[step.action.schema](*step.action.args[1:])
+        self._factor = 1.0 + settings.spread * _draw(self._seed, self.id, step.id)
+        self.cause = Cause(self.id, step.action.name, event)
+        self._spot = None
+
+    def cancel(self) -> None:
+        """Ask the skill to stop where that is safe."""
+        if self._skill is not None:
+            self._skill.cancel()
+
+    def step(self, site: Site, truth: Truth, exchange: Exchange, settings: SkillSettings, time: float) -> Progress:
+        """Go on for one tick: with the skill, or standing out of the way."""
+        if self._skill is None or self.cause is None:
+            return self._stand_aside(site, time)
+        body = Body(
+            spec=self.spec,
+            site=site,
+            truth=truth,
+            exchange=exchange,
+            settings=settings,
+            time=time,
+            cause=self.cause,
+            factor=self._factor,
+        )
+        progress = self._skill.step(body)
+        self._measure(site, progress)
+        if isinstance(progress, Failed | Cancelled):
+            self._skill.release(body)
+        if not isinstance(progress, Under):
+            self._skill = None
+        return progress
+
+    @property
+    def busy(self) -> bool:
+        """Whether a skill is under way."""
+        return self._skill is not None
+
+    def measure_waiting(self, tick: float) -> None:
+        """Count a tick spent without anything to do."""
+        self.meters = replace(self.meters, waiting=self.meters.waiting + tick)
+
+    def measure_distance(self, site: Site) -> None:
+        """Count the way since the last tick."""
+        here = site.pose(self.id).point
+        self.meters = replace(self.meters, distance=self.meters.distance + math.dist(here, self._last))
+        self._last = here
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "executive": self.executive.state(),
+            "skill": self._skill.state() if self._skill else None,
+            "factor": self._factor,
+            "cause": asdict(self.cause) if self.cause else None,
+            "meters": asdict(self.meters),
+            "last": list(self._last),
+            "spot": list(self._spot) if self._spot else None,
+        }
+
+    def _measure(self, site: Site, progress: Progress) -> None:
+        tick = site.tick
+        if isinstance(progress, Under) and progress.standing_for:
+            self.meters = replace(self.meters, waiting=self.meters.waiting + tick)
+        elif isinstance(self._skill, Drive):
+            self.meters = replace(self.meters, travelling=self.meters.travelling + tick)
+        else:
+            self.meters = replace(self.meters, working=self.meters.working + tick)
+
+    def _stand_aside(self, site: Site, time: float) -> Under:
+        """Without anything to do, a robot leaves the ways of others free."""
+        place = site.place(self.id)
+        if not site.is_room(place) or site.in_corridor(self.id):
+            return Under()
+        room = RoomId(place)
+        if self._spot is None:
+            here = site.pose(self.id).point
+            doors = [door for door in site.building.doors if room in door.rooms]
+            if not any(in_front(door, room, here, CLEAR_OF_DOORS) for door in doors):
+                self._spot = here
+            else:
+                self._spot = site.rooms.free_spot(here, self.spec.radius + 0.2, room, within=6.0) or here
+        return Under(self._steering.velocity(site, self.spec, room, self._spot, time, near=0.1))
+
+
+def _draw(seed: int, robot: str, step: int) -> float:
+    """A number in [-1, 1), the same for the same seed, robot and step. No state: nothing to save."""
+    digest = hashlib.sha256(f"{seed}/{robot}/skills/{step}".encode()).digest()
+    return int.from_bytes(digest[:8], "big") / 2**63 - 1.0
+
+

@@ -1,0 +1,97 @@
+"""What a robot sees, and which beliefs follow from it.
+
+By sight a robot knows its own place and its own hands; in a room it sees the objects that lie there within
+range, whether they are prepared, and what other robots in the room carry. An object that should lie there and is
+not seen is not there. In the corridors it sees nothing but itself. With full perception it knows everything.
+"""
+
+import math
+
+from clo_fleet.clo.messages import Flip
+from clo_fleet.clo.strategies import Watch
+from clo_fleet.clo.task import Fact
+from clo_fleet.sim.site import Site
+from clo_fleet.sim.truth import Truth
+from clo_fleet.world.model import Perception, PerceptionMode, RobotId, RoomId
+
+__all__ = ["consequences", "news", "sight"]
+
+Seen = dict[Fact, bool]
+
+
+def sight(site: Site, truth: Truth, robot: RobotId, perception: Perception, beliefs: frozenset[Fact]) -> Seen:
+    """Every fact that the robot's senses settle now, and its value."""
+    if perception.mode is PerceptionMode.FULL:
+        known = {fact for fact in truth.facts if _concerns(fact, robot, site)}
+        gone = {fact for fact in beliefs if fact[0] in _SENSED and _concerns(fact, robot, site)} - known
+        return dict.fromkeys(sorted(known), True) | dict.fromkeys(sorted(gone), False)
+    seen: Seen = {}
+    place = site.place(robot)
+    for fact in sorted(beliefs):
+        if fact[:2] == ("at-robot", robot) or fact[:2] == ("holding", robot):
+            seen[fact] = fact in truth.facts
+    if site.is_room(place):
+        seen["at-robot", robot, str(place)] = True
+    for item in site.rooms.carried(robot):
+        seen["holding", robot, item] = True
+        seen["prepared", item] = truth.prepared(item)
+    if not site.is_room(place) or site.in_corridor(robot):
+        return seen
+    here = site.pose(robot).point
+    for item in site.items_in(RoomId(place)):
+        position = site.item_position(item)
+        if position is not None and math.dist(here, position) <= perception.range:
+            seen["at-object", item, str(place)] = True
+            seen["prepared", item] = truth.prepared(item)
+    for other in site.bodies_in(RoomId(place)):
+        if other != robot and math.dist(here, site.pose(other).point) <= perception.range:
+            for item in site.rooms.carried(other):
+                seen["holding", other, item] = True
+                seen["prepared", item] = truth.prepared(item)
+    for fact in sorted(beliefs):
+        if fact[0] == "at-object" and fact[2] == place and fact not in seen and _overlooks(site, robot, perception):
+            seen[fact] = False
+    return seen
+
+
+def consequences(seen: Seen, beliefs: frozenset[Fact]) -> Seen:
+    """The facts seen, and the beliefs that they rule out: an object is in one place or one hand."""
+    where = {_item(fact): fact for fact, value in seen.items() if value and fact[0] in ("at-object", "holding")}
+    ruled_out = {
+        fact: False
+        for fact in sorted(beliefs)
+        if fact[0] in ("at-object", "holding") and where.get(_item(fact), fact) != fact
+    }
+    return ruled_out | seen
+
+
+def news(seen: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId, truth: Truth) -> tuple[Flip, ...]:
+    """Those of the facts seen that differ from what is believed and that the robot watches, sorted."""
+    return tuple(
+        Flip(fact, value, truth.cause(fact))
+        for fact, value in sorted(seen.items())
+        if (fact in beliefs) is not value and (fact in watch or _own(fact, robot))
+    )
+
+
+_SENSED = frozenset({"at-robot", "at-object", "prepared", "holding"})
+
+
+def _own(fact: Fact, robot: RobotId) -> bool:
+    return fact[0] in ("at-robot", "holding") and fact[1] == robot
+
+
+def _concerns(fact: Fact, robot: RobotId, site: Site) -> bool:
+    """Where other robots are is not a fact of a robot's own task, and a corridor is no place to be at."""
+    return fact[0] != "at-robot" or (fact[1] == robot and fact[2] in {room.id for room in site.building.rooms})
+
+
+def _item(fact: Fact) -> str:
+    return fact[1] if fact[0] == "at-object" else fact[2]
+
+
+def _overlooks(site: Site, robot: RobotId, perception: Perception) -> bool:
+    """Whether the robot's sight reaches all of its room."""
+    here = site.pose(robot).point
+    room = site.room(RoomId(site.place(robot)))
+    return all(math.dist(here, corner) <= perception.range for corner in room.outline)

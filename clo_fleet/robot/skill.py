@@ -1,0 +1,103 @@
+"""What a skill is: a small state machine that carries out one action through wheels and hands.
+
+A skill is stepped once a tick and says how far it is. What it needs of the world it finds in its ``Body``: the
+site, its own robot, the clock, and the exchange through which objects are offered to other robots. A skill's
+state is plain data: it can be saved between any two ticks.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, Protocol
+
+from clo_fleet.clo.messages import Cause, Flip
+from clo_fleet.sim.site import Site
+from clo_fleet.sim.truth import Truth
+from clo_fleet.world.model import ObjectId, PlaceId, RobotId, RobotSpec, SkillSettings
+
+__all__ = ["Body", "Cancelled", "Done", "Exchange", "Failed", "OfferStatus", "Progress", "Skill", "Under"]
+
+
+@dataclass(frozen=True, slots=True)
+class Under:
+    """Still at it; wants to move at ``velocity`` [m/s]. ``standing_for``: why it stands, if it does."""
+
+    velocity: tuple[float, float] = (0.0, 0.0)
+    standing_for: str = ""
+    direct: bool = False  # the way is reserved: drive exactly so, without avoidance
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """The action ended as its model says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Failed:
+    """The action ended otherwise: the reason, and what was learnt."""
+
+    reason: str
+    learnt: tuple[Flip, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Cancelled:
+    """The action was stopped as asked, before its effects."""
+
+
+Progress = Under | Done | Failed | Cancelled
+
+
+class OfferStatus(Enum):
+    """How an offer stands."""
+
+    OPEN = "open"
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
+
+
+class Exchange(Protocol):
+    """Where objects are offered to other robots."""
+
+    def offer(self, giver: RobotId, taker: RobotId, item: ObjectId, place: PlaceId) -> int:
+        """Make an offer; returns its id."""
+
+    def status(self, offer: int) -> OfferStatus:
+        """How the offer stands."""
+
+    def close(self, offer: int, *, kept: bool) -> None:
+        """The handover took place, or is called off."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """What a skill works with. ``cause``: the action that it carries out; ``factor``: on all its durations."""
+
+    spec: RobotSpec
+    site: Site
+    truth: Truth
+    exchange: Exchange
+    settings: SkillSettings
+    time: float
+    cause: Cause
+    factor: float = 1.0
+
+    @property
+    def id(self) -> RobotId:
+        """The robot's id."""
+        return self.spec.id
+
+
+class Skill(Protocol):
+    """One action being carried out."""
+
+    def step(self, body: Body) -> Progress:
+        """Go on for one tick."""
+
+    def cancel(self) -> None:
+        """Stop where that is safe; the next step then returns ``Cancelled``, or else the skill goes on."""
+
+    def release(self, body: Body) -> None:
+        """Give back what it holds of shared things (doors, offers), after any end but ``Done``."""
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
