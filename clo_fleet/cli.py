@@ -1,0 +1,236 @@
+"""The command ``clo-fleet``. Engines are imported by the subcommand that needs them, never for ``--help``."""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from clo_fleet import __version__
+from clo_fleet.errors import CloFleetError
+
+if TYPE_CHECKING:
+    from clo_fleet.study.result import RunResult
+    from clo_fleet.study.run import Run
+    from clo_fleet.world.model import World
+
+__all__ = ["main"]
+
+REACHED, OTHER_OUTCOME, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code: 0 goals reached, 1 another outcome, 2 bad input."""
+    options = _parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], int] = options.command
+    try:
+        return command(options)
+    except CloFleetError as error:
+        print(f"clo-fleet: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except OSError as error:
+        print(f"clo-fleet: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("clo-fleet: interrupted; events.jsonl holds what happened so far", file=sys.stderr)
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="clo-fleet", description="Fleets of robots that repair their plans when others help them."
+    )
+    parser.add_argument("--version", action="version", version=f"clo-fleet {__version__}")
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="run a world and say what happened")
+    run.add_argument("world", type=Path, help="a world file (YAML)")
+    run.add_argument("--strategy", default="clo", help="clo (default), replan or replan-on-failure")
+    run.add_argument("--seed", type=_count, help="overrides the world's seed")
+    run.add_argument("--until", type=_seconds, metavar="SECONDS", help="longest simulated time")
+    run.add_argument("--out", type=Path, metavar="DIR", help="default: runs/<world>-<strategy>-<seed>/")
+    run.add_argument("--force", action="store_true", help="overwrite an earlier run in DIR")
+    run.add_argument("--json", action="store_true", help="print result.json instead of tables")
+    run.add_argument("--explain", metavar="ROBOT", help="tell the story of one robot")
+    run.set_defaults(command=_run)
+
+    compare = commands.add_parser("compare", help="run a world with several strategies: one table")
+    compare.add_argument("world", type=Path)
+    compare.add_argument("--strategies", default="clo,replan", help="names, separated by commas")
+    compare.add_argument("--seed", type=_count, help="overrides the world's seed")
+    compare.add_argument("--until", type=_seconds, metavar="SECONDS", help="longest simulated time")
+    compare.add_argument("--json", action="store_true", help="print the results as a JSON list")
+    compare.set_defaults(command=_compare)
+
+    validate = commands.add_parser("validate", help="check world and map files")
+    validate.add_argument("files", type=Path, nargs="+", metavar="FILE")
+    validate.set_defaults(command=_validate)
+
+    import_map = commands.add_parser("import-map", help="make a map of an Open-RMF building")
+    import_map.add_argument("building", type=Path, metavar="FILE.building.yaml")
+    import_map.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="folder for the map")
+    import_map.add_argument("--level", help="which level, if there are several")
+    import_map.add_argument("--force", action="store_true", help="overwrite a map of that name")
+    import_map.set_defaults(command=_import_map)
+
+    build = commands.add_parser("build-network", help="build the SUMO network of a map")
+    build.add_argument("map", type=Path)
+    build.set_defaults(command=_build_network)
+
+    init = commands.add_parser("init", help="copy the maps and worlds that come with the package")
+    init.add_argument("folder", type=Path, metavar="DIR")
+    init.set_defaults(command=_init)
+
+    schema = commands.add_parser("schema", help="print a JSON schema, for editors and tools")
+    schema.add_argument("of", choices=("world", "map", "result"))
+    schema.set_defaults(command=_schema)
+    return parser
+
+
+def _run(options: argparse.Namespace) -> int:
+    from clo_fleet.study.run import Run, UnknownRobotError, strategy_named
+
+    strategy = strategy_named(options.strategy)
+    world = _world(options)
+    if options.explain is not None and options.explain not in {spec.id for spec in world.robots}:
+        raise UnknownRobotError(options.explain, tuple(spec.id for spec in world.robots))
+    out = options.out or Path("runs") / f"{world.name}-{strategy.name}-{world.seed}"
+    with Run(world, strategy, out=out, force=options.force) as run:
+        result = _with_progress(run, options)
+        log = run.log
+    from clo_fleet.study.story import story
+    from clo_fleet.study.summary import show, summary
+
+    if options.json:
+        print(result.to_json(), end="")
+    else:
+        if options.explain is not None:
+            print("\n".join(story(log, options.explain)))
+        show(summary(result))
+        print(f"written to {out}/events.jsonl and {out}/result.json")
+    return REACHED if result.outcome == "goals_reached" else OTHER_OUTCOME
+
+
+def _compare(options: argparse.Namespace) -> int:
+    import json
+
+    from clo_fleet.study.run import Run, strategy_named
+    from clo_fleet.study.summary import comparison, show
+
+    strategies = [strategy_named(name.strip()) for name in options.strategies.split(",")]
+    world = _world(options)
+    results = []
+    for strategy in strategies:
+        with Run(world, strategy) as run:
+            results.append(_with_progress(run, options))
+    if options.json:
+        print(json.dumps([json.loads(result.to_json()) for result in results], indent=2))
+    else:
+        show(comparison(results))
+    return REACHED if all(result.outcome == "goals_reached" for result in results) else OTHER_OUTCOME
+
+
+def _validate(options: argparse.Namespace) -> int:
+    from clo_fleet.world.any_file import read_any
+
+    faults = 0
+    for path in options.files:
+        try:
+            kind = read_any(path)
+        except CloFleetError as error:
+            print(error)
+            faults += 1
+        else:
+            print(f"{path}: a sound {kind}")
+    return BAD_INPUT if faults else REACHED
+
+
+def _import_map(options: argparse.Namespace) -> int:
+    from clo_fleet.bridges.open_rmf import import_to_folder
+
+    imported, path = import_to_folder(options.building, options.out, level=options.level, force=options.force)
+    building = imported.building
+    print(f"{path}: {len(building.rooms)} rooms, {len(building.doors)} doors, {len(building.corridors)} corridors, ")
+    print(f"  {len(building.spawn_points)} spawn points; {imported.cells} cells, 1 pixel = {imported.scale_m_per_px:.5f} m")
+    for skipped in imported.skipped:
+        print(f"  left out: {skipped}")
+    return REACHED
+
+
+def _build_network(options: argparse.Namespace) -> int:
+    from clo_fleet.sim.network import build_network
+    from clo_fleet.world.map_file import read_map
+
+    building = read_map(options.map, network_needed=False)
+    path = building.network or options.map.with_suffix(".net.xml.gz")
+    build_network(building, path)
+    print(f"{path}: {len(building.corridors)} corridors")
+    return REACHED
+
+
+def _init(options: argparse.Namespace) -> int:
+    from clo_fleet.study.shipped import copy_out
+
+    for path in copy_out(options.folder):
+        print(path)
+    return REACHED
+
+
+def _schema(options: argparse.Namespace) -> int:
+    import json
+
+    from clo_fleet.study.result import result_schema
+    from clo_fleet.world.map_file import map_schema
+    from clo_fleet.world.world_file import world_schema
+
+    schemas = {"world": world_schema, "map": map_schema, "result": result_schema}
+    print(json.dumps(schemas[options.of](), indent=2))
+    return REACHED
+
+
+def _world(options: argparse.Namespace) -> "World":
+    from dataclasses import replace
+
+    from clo_fleet.world.world_file import read_world
+
+    world = read_world(options.world)
+    if options.seed is not None:
+        world = replace(world, seed=options.seed)
+    if options.until is not None:
+        world = replace(world, until=options.until)
+    return world
+
+
+def _with_progress(run: "Run", options: argparse.Namespace) -> "RunResult":
+    """The result of a run; on a terminal, a line says how far it is."""
+    if options.json or not sys.stderr.isatty():
+        return run.finish()
+    from rich.console import Console
+
+    with Console(stderr=True).status("planning") as status:
+        return run.finish(
+            progress=lambda mission: status.update(
+                f"{mission.strategy.name}: {mission.time:.0f} s; "
+                + ", ".join(f"{robot.id} {robot.running or robot.mode.value}" for robot in mission.robots[:8])
+            )
+        )
+
+
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise ValueError(text)
+    return number
+
+
+def _seconds(text: str) -> float:
+    seconds = float(text)
+    if not 0 < seconds < 1e7:
+        raise ValueError(text)
+    return seconds
+
+
+_count.__name__, _seconds.__name__ = "count from 0", "number of seconds above 0"
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,74 @@
+"""What robots tell each other about their plans, and what follows: promises, and places to meet.
+
+A robot announces the steps that it still means to do and what it has in hand. Who has an object in hand speaks
+for it: what its plan will do with that object is a *promise* to all others. And a robot that is to hand something
+to another can meet it at the places on the other's announced plan, those that the other would still come to if
+the gift were already in its hands: a place that it would only visit to fetch the thing is no help.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from clo_fleet.clo.plan import Plan
+from clo_fleet.clo.repair import Repaired, repair
+from clo_fleet.clo.task import Condition, Fact
+from clo_fleet.world.model import ObjectId, RobotId
+
+__all__ = ["Announcement", "meeting_places", "promises"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Announcement:
+    """A robot's plan as it told it.
+
+    Attributes:
+        robot: who.
+        place: where it is, a room or a zone.
+        plan: the steps left, the running one first.
+        moving: whether the first step is under way and leads elsewhere.
+        goals: what its plan is for.
+        beliefs: what its plan starts from.
+        in_hand: the objects that it carries.
+    """
+
+    robot: RobotId
+    place: str
+    plan: Plan
+    moving: bool
+    goals: tuple[Condition, ...]
+    beliefs: frozenset[Fact]
+    in_hand: tuple[ObjectId, ...]
+
+
+def promises(announcements: Iterable[Announcement]) -> frozenset[Fact]:
+    """What the announced plans will have done, in the end, with the objects in their robots' hands."""
+    promised: set[Fact] = set()
+    for announcement in announcements:
+        for item in announcement.in_hand:
+            final: set[Fact] = set()
+            for step in announcement.plan:
+                final -= step.action.deletes
+                final |= {fact for fact in step.action.adds if item in fact}
+            promised |= final
+    return frozenset(promised)
+
+
+def meeting_places(other: Announcement, gifts: Iterable[ObjectId]) -> tuple[str, ...]:
+    """The places where ``other`` can be met to be given ``gifts``, in the order of its plan."""
+    with_gifts = {("holding", other.robot, item) for item in gifts}
+    state = {fact for fact in other.beliefs if not (fact[0] == "at-object" and fact[1] in set(gifts))} | with_gifts
+    found = repair(state, other.plan, other.goals)
+    plan = found.plan if isinstance(found, Repaired) else other.plan
+    places = _places(other, plan)
+    return places or _places(other, other.plan)
+
+
+def _places(other: Announcement, plan: Plan) -> tuple[str, ...]:
+    """Where the plan takes the robot; where it is now counts only if it has something left to do there."""
+    towards = [
+        [fact[2] for fact in step.action.adds if fact[:2] == ("at-robot", other.robot)] for step in plan
+    ]
+    stays = not other.moving and (not plan or not towards[0])
+    visited = [other.place] if stays else []
+    visited += [place for step in towards for place in step]
+    return tuple(dict.fromkeys(visited))

@@ -1,0 +1,133 @@
+"""The planner's desk: takes the robots' questions, hands out the answers when they are due.
+
+The simulation waits for the planner's processes, so that an answer is the same and is due at the same simulated
+time however busy the machine is. What a call costs in simulated time is the world's to say.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from types import TracebackType
+from typing import Self
+
+from clo_fleet.clo.messages import PlanFailure
+from clo_fleet.clo.task import Action, Fact
+from clo_fleet.planning.pddl import fleet_domain
+from clo_fleet.planning.planner import (
+    NoPlan,
+    PlanFound,
+    PlannerDied,
+    PlannerOutOfMemory,
+    PlannerOutOfTime,
+    PlanReply,
+)
+from clo_fleet.planning.pool import PlannerPool
+from clo_fleet.planning.problem import Scene, planning_task
+from clo_fleet.world.model import RobotId, World
+from clo_fleet.world.places import travel_time
+
+__all__ = ["Desk", "Questions", "Reply"]
+
+TENTHS = 10  # costs are whole tenths of a second
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reply:
+    """An answer of the planner. ``actions`` is ``None`` if there is no plan, for the reason ``failure``."""
+
+    robot: RobotId
+    due: float
+    actions: tuple[Action, ...] | None
+    failure: PlanFailure = PlanFailure.NO_PLAN
+    proven: bool = False
+    expansions: int = 0
+    detail: str = ""
+
+
+@dataclass(slots=True, kw_only=True)
+class Desk:
+    """What one robot's questions cost: calls, expanded states, simulated and real seconds."""
+
+    calls: int = 0
+    expansions: int = 0
+    seconds: float = 0.0
+    wall_seconds: float = 0.0
+
+
+@dataclass(slots=True)
+class Questions:
+    """All open questions. A context manager: it ends the planner's processes."""
+
+    world: World
+    desks: dict[RobotId, Desk] = field(init=False)
+    wall_limited: bool = False
+    _pool: PlannerPool = field(init=False, repr=False)
+    _scene: Scene = field(init=False, repr=False)
+    _asked: dict[RobotId, float] = field(default_factory=dict, repr=False)
+    _answered: list[Reply] = field(default_factory=list, repr=False)
+
+    def __post_init__(self) -> None:
+        world = self.world
+        self.desks = {spec.id: Desk() for spec in world.robots}
+        self._pool = PlannerPool(
+            fleet_domain(), wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit
+        )
+        self._scene = Scene(
+            robots=tuple(sorted(spec.id for spec in world.robots)),
+            items=tuple(sorted(spec.id for spec in world.objects)),
+            rooms=tuple(sorted(room.id for room in world.map.rooms)),
+            travel={pair: max(1, round(seconds * TENTHS)) for pair, seconds in travel_time(world.map).items()},
+            skills=world.skills,
+        )
+
+    def __enter__(self) -> Self:
+        self._pool.warm()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the planner's processes."""
+        self._pool.close()
+
+    def ask(self, robot: RobotId, state: frozenset[Fact], goals: Iterable[Fact], time: float) -> None:
+        """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""
+        meets = sorted(fact for fact in state if fact[0] == "meets")
+        self._asked[robot] = time
+        self._pool.submit(robot, planning_task(robot, self._scene, state, goals, meets))
+
+    def due(self, time: float) -> tuple[Reply, ...]:
+        """The answers that are due by ``time`` [s], in the order of the robots' ids. Waits for the planner."""
+        for robot in sorted(self._asked):
+            self._answered.append(self._answer(robot, self._asked[robot], self._pool.result(robot)))
+        self._asked.clear()
+        due = sorted((reply for reply in self._answered if reply.due <= time + 1e-9), key=lambda reply: reply.robot)
+        self._answered = [reply for reply in self._answered if reply not in due]
+        return tuple(due)
+
+    def _answer(self, robot: RobotId, asked: float, reply: PlanReply) -> Reply:
+        planning, desk = self.world.planning, self.desks[robot]
+        expansions = 0 if isinstance(reply, PlannerDied) else reply.expansions or 0
+        seconds = planning.fixed + planning.per_expansion * expansions
+        desk.calls += 1
+        desk.expansions += expansions
+        desk.seconds += seconds
+        desk.wall_seconds += reply.wall_seconds
+        due = asked + seconds
+        match reply:
+            case PlanFound(actions=actions):
+                return Reply(robot=robot, due=due, actions=actions, expansions=expansions)
+            case NoPlan(proven=proven):
+                detail = "proven" if proven else "the search ended without one"
+                return Reply(
+                    robot=robot, due=due, actions=None, proven=proven, expansions=expansions, detail=detail
+                )
+            case PlannerOutOfTime():
+                self.wall_limited = True
+                detail = f"wall limit {planning.wall_limit:g} s"
+                return Reply(robot=robot, due=due, actions=None, failure=PlanFailure.OUT_OF_TIME, detail=detail)
+            case PlannerOutOfMemory():
+                detail = f"memory limit {planning.memory_limit >> 20} MB"
+                return Reply(robot=robot, due=due, actions=None, failure=PlanFailure.OUT_OF_MEMORY, detail=detail)
+            case PlannerDied(reason=reason):
+                return Reply(robot=robot, due=due, actions=None, failure=PlanFailure.DIED, detail=reason)

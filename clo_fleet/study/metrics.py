@@ -1,0 +1,98 @@
+"""From a mission and its events to its result. Every figure is counted from the events or read off the robots."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from clo_fleet import __version__
+from clo_fleet.clo.task import Fact, fact_text
+from clo_fleet.fleet.mission import Mission
+from clo_fleet.study.event_log import Recorded
+from clo_fleet.study.result import RESULT_FORMAT, Help, RobotResult, RunResult
+from clo_fleet.world import events
+
+__all__ = ["helps", "measure"]
+
+KINDS = {"prepared": "prepared", "at-object": "delivered", "holding": "handed_over"}
+
+
+def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunResult:
+    """The result of the mission as it stands."""
+    world = mission.world
+    given = helps(log)
+    return RunResult(
+        format=RESULT_FORMAT,
+        version=__version__,
+        world=world.name,
+        map=world.map.name,
+        strategy=mission.strategy.name,
+        seed=world.seed,
+        outcome=mission.outcome.value if mission.outcome else "running",
+        why=mission.why,
+        makespan_s=mission.time,
+        robots={spec.id: _robot(mission, log, given, spec.id) for spec in sorted(world.robots, key=lambda s: s.id)},
+        helps=given,
+        contacts=mission.contacts,
+        events=len(log),
+        wall_limited=mission.questions.wall_limited,
+        wall_run_s=round(wall_run, 3),
+    )
+
+
+def helps(log: Sequence[Recorded]) -> tuple[Help, ...]:
+    """Who helped whom: the steps left out of a plan because of what another robot's action changed."""
+    found = []
+    for _, time, event in log:
+        if isinstance(event, events.StepsLeftOut) and event.by not in (None, event.robot) and event.fact is not None:
+            cause = log[event.cause][2] if event.cause is not None else None
+            found.append(
+                Help(
+                    by=str(event.by),
+                    robot=event.robot,
+                    fact=fact_text(event.fact),
+                    kind=KINDS.get(event.fact[0], "other"),
+                    action=cause.action if isinstance(cause, events.ActionStarted) else "",
+                    dropped=tuple(name for _, name in event.steps),
+                    time_s=time,
+                )
+            )
+    return tuple(found)
+
+
+def _robot(mission: Mission, log: Sequence[Recorded], given: Sequence[Help], robot: str) -> RobotResult:
+    own = mission.robot(robot)
+    tally, meters = own.executive.tally, own.meters
+    desk = mission.questions.desks[own.id]
+    mine = [(time, event) for _, time, event in log if getattr(event, "robot", None) == robot]
+    sensed = [event for _, event in mine if isinstance(event, events.Sensed)]
+    seen = {event.fact: event.by for event in sensed if event.opportunity and event.by is not None}
+    used: set[Fact] = {event.fact for _, event in mine if isinstance(event, events.StepsLeftOut) and event.fact}
+    repairs = {time for time, event in mine if isinstance(event, events.StepsLeftOut)}
+    return RobotResult(
+        goals=tuple(fact_text(goal) for goal in own.spec.goals),
+        goals_reached=all(goal in mission.facts for goal in own.spec.goals),
+        planned=tally.planned,
+        planned_again=tally.planned_again,
+        added=tally.added,
+        executed=tally.executed,
+        dropped=tally.dropped,
+        cancelled=tally.cancelled,
+        failed=tally.failed,
+        superseded=tally.superseded,
+        pending=tally.pending,
+        planner_calls=tally.planner_calls,
+        repairs=len(repairs),
+        repairs_refused=sum(isinstance(event, events.RepairFailed) for _, event in mine),
+        opportunities_seen=len(seen),
+        opportunities_used=len(used & set(seen)),
+        opportunities_by=dict(sorted(Counter(seen.values()).items())),
+        facts_seen=sum(event.source == "sight" for event in sensed),
+        facts_heard=sum(event.source == "radio" for event in sensed),
+        expansions=desk.expansions,
+        planning_s=round(desk.seconds, 3),
+        travelling_s=round(meters.travelling, 1),
+        working_s=round(meters.working, 1),
+        waiting_s=round(meters.waiting, 1),
+        distance_m=round(meters.distance, 2),
+        wall_planning_s=round(desk.wall_seconds, 3),
+        wall_deciding_s=round(mission.wall_deciding[own.id], 6),
+    )

@@ -1,0 +1,113 @@
+"""Results as tables for a terminal: one run, or several strategies side by side."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from rich.console import Console, Group, RenderableType
+from rich.table import Table
+
+from clo_fleet.fleet.outcome import ADVICE
+from clo_fleet.study.result import RunResult
+
+__all__ = ["comparison", "show", "summary"]
+
+
+def show(content: RenderableType) -> None:
+    """Print to standard output; plain text, at most as wide as it needs to be, where that is no terminal."""
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=160)
+    console.print(content)
+
+
+def summary(result: RunResult) -> RenderableType:
+    """What a run came to: a row a robot, who helped whom, and the outcome."""
+    parts: list[RenderableType] = [_robots(result)]
+    if result.helps:
+        parts.append(_helps(result))
+    parts.append(_outcome(result))
+    return Group(*parts)
+
+
+def comparison(results: Sequence[RunResult]) -> RenderableType:
+    """Strategies side by side, all robots together. The real times are this machine's."""
+    table = Table(title=f"{results[0].world}, seed {results[0].seed}", title_justify="left")
+    table.add_column("strategy")
+    table.add_column("outcome")
+    for name in ("makespan s", "actions executed", "dropped", "planner calls", "expansions", "repairs"):
+        table.add_column(name, justify="right")
+    for name in ("opportunities used/seen", "waiting s", "planning ms (real)", "deciding ms (real)"):
+        table.add_column(name, justify="right")
+    for result in results:
+        robots = result.robots.values()
+        table.add_row(
+            result.strategy,
+            result.outcome,
+            f"{result.makespan_s:.1f}",
+            str(result.executed),
+            str(sum(robot.dropped for robot in robots)),
+            str(result.planner_calls),
+            str(sum(robot.expansions for robot in robots)),
+            str(sum(robot.repairs for robot in robots)),
+            f"{sum(r.opportunities_used for r in robots)}/{sum(r.opportunities_seen for r in robots)}",
+            f"{sum(robot.waiting_s for robot in robots):.1f}",
+            f"{1000 * sum(robot.wall_planning_s for robot in robots):.0f}",
+            f"{1000 * sum(robot.wall_deciding_s for robot in robots):.1f}",
+        )
+    return table
+
+
+def _robots(result: RunResult) -> Table:
+    title = f"{result.world} with {result.strategy}, seed {result.seed}"
+    table = Table(title=title, title_justify="left")
+    table.add_column("robot")
+    for name in ("planned", "executed", "dropped", "failed", "planner calls", "repairs", "refused"):
+        table.add_column(name, justify="right")
+    table.add_column("opportunities, by whom")
+    for name in ("planning s", "repair ms", "waiting s", "travel s", "goals"):
+        table.add_column(name, justify="right")
+    for name, robot in result.robots.items():
+        by = ", ".join(f"{count} by {helper}" for helper, count in robot.opportunities_by.items())
+        planned = robot.planned + robot.planned_again + robot.added
+        table.add_row(
+            name,
+            str(robot.planned) if planned == robot.planned else f"{robot.planned}+{planned - robot.planned}",
+            str(robot.executed),
+            str(robot.dropped + robot.cancelled),
+            str(robot.failed),
+            str(robot.planner_calls),
+            str(robot.repairs),
+            str(robot.repairs_refused),
+            by or "none",
+            f"{robot.wall_planning_s:.2f}",
+            f"{1000 * robot.wall_deciding_s:.1f}",
+            f"{robot.waiting_s:.1f}",
+            f"{robot.travelling_s:.1f}",
+            "reached" if robot.goals_reached else "not reached",
+        )
+    return table
+
+
+def _helps(result: RunResult) -> Table:
+    table = Table(title="who helped whom", title_justify="left")
+    for name in ("time s", "by", "robot", "fact", "steps that were not needed any more"):
+        table.add_column(name)
+    for given in result.helps:
+        table.add_row(f"{given.time_s:.1f}", given.by, given.robot, given.fact, ", ".join(given.dropped))
+    return table
+
+
+def _outcome(result: RunResult) -> str:
+    kinds = Counter(given.kind for given in result.helps)
+    helped = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in sorted(kinds.items()))
+    lines = [f"outcome: {result.outcome} after {result.makespan_s:.1f} s ({result.why})"]
+    if helped:
+        lines.append(f"objects of others used: {helped}")
+    if result.wall_limited:
+        lines.append("wall_limited: a planner met its limit of real time; this run depends on the machine's speed")
+    advice = {outcome.value: text for outcome, text in ADVICE.items()}.get(result.outcome)
+    if advice:
+        lines.append(f"what to do: {advice}")
+    return "\n".join(lines)
+
+
