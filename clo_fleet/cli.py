@@ -98,6 +98,7 @@ def _run(options: argparse.Namespace) -> int:
     with Run(world, strategy, out=out, force=options.force) as run:
         result = _with_progress(run, options)
         log = run.log
+    from clo_fleet.study.expectations import disappointments
     from clo_fleet.study.story import story
     from clo_fleet.study.summary import show, summary
 
@@ -107,6 +108,8 @@ def _run(options: argparse.Namespace) -> int:
         if options.explain is not None:
             print("\n".join(story(log, options.explain)))
         show(summary(result))
+        for disappointment in disappointments(world, result):
+            print(f"not as the world expects: {disappointment}")
         print(f"written to {out}/events.jsonl and {out}/result.json")
     return REACHED if result.outcome == "goals_reached" else OTHER_OUTCOME
 
@@ -131,18 +134,26 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _validate(options: argparse.Namespace) -> int:
+    from clo_fleet.sim.network import check_network
     from clo_fleet.world.any_file import read_any
+    from clo_fleet.world.model import World
 
-    faults = 0
+    faulty = False
     for path in options.files:
         try:
-            kind = read_any(path)
+            found = read_any(path)
         except CloFleetError as error:
-            print(error)
-            faults += 1
-        else:
-            print(f"{path}: a sound {kind}")
-    return BAD_INPUT if faults else REACHED
+            print(error, file=sys.stderr)
+            faulty = True
+            continue
+        building = found.map if isinstance(found, World) else found
+        differences = check_network(building, building.network) if building.network else ()
+        for difference in differences:
+            print(f"{building.network}: {difference}; build it anew with clo-fleet build-network", file=sys.stderr)
+        faulty = faulty or bool(differences)
+        if not differences:
+            print(f"{path}: a sound {'world' if isinstance(found, World) else 'map'}")
+    return BAD_INPUT if faulty else REACHED
 
 
 def _import_map(options: argparse.Namespace) -> int:
@@ -161,7 +172,7 @@ def _build_network(options: argparse.Namespace) -> int:
     from clo_fleet.sim.network import build_network
     from clo_fleet.world.map_file import read_map
 
-    building = read_map(options.map, network_needed=False)
+    building = read_map(options.map, network_required=False)
     path = building.network or options.map.with_suffix(".net.xml.gz")
     build_network(building, path)
     print(f"{path}: {len(building.corridors)} corridors")

@@ -3,9 +3,11 @@
 A robot announces the steps that it still means to do and what it has in hand. Who has an object in hand speaks
 for it: what its plan will do with that object is a *promise* to all others. And a robot that is to hand something
 to another can meet it at the places on the other's announced plan, those that the other would still come to if
-the gift were already in its hands: a place that it would only visit to fetch the thing is no help.
+the gift were already in its hands: a place that it would only visit to fetch the thing is no help. A place that the
+other will have left before the giver can be there is no place to meet either.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -14,7 +16,15 @@ from clo_fleet.clo.repair import Repaired, repair
 from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.world.model import ObjectId, RobotId
 
-__all__ = ["Announcement", "meeting_places", "promises"]
+__all__ = ["Announcement", "Meeting", "meeting_places", "promises"]
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """A place where a robot can be met, and the planned cost after which it leaves it (infinite: it stays)."""
+
+    place: str
+    until: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,22 +63,28 @@ def promises(announcements: Iterable[Announcement]) -> frozenset[Fact]:
     return frozenset(promised)
 
 
-def meeting_places(other: Announcement, gifts: Iterable[ObjectId]) -> tuple[str, ...]:
-    """The places where ``other`` can be met to be given ``gifts``, in the order of its plan."""
+def meeting_places(other: Announcement, gifts: Iterable[ObjectId]) -> tuple[Meeting, ...]:
+    """Where ``other`` can be met to be given ``gifts``, in the order of its plan."""
     with_gifts = {("holding", other.robot, item) for item in gifts}
     state = {fact for fact in other.beliefs if not (fact[0] == "at-object" and fact[1] in set(gifts))} | with_gifts
     found = repair(state, other.plan, other.goals)
     plan = found.plan if isinstance(found, Repaired) else other.plan
-    places = _places(other, plan)
-    return places or _places(other, other.plan)
+    return _meetings(other, plan) or _meetings(other, other.plan)
 
 
-def _places(other: Announcement, plan: Plan) -> tuple[str, ...]:
+def _meetings(other: Announcement, plan: Plan) -> tuple[Meeting, ...]:
     """Where the plan takes the robot; where it is now counts only if it has something left to do there."""
-    towards = [
-        [fact[2] for fact in step.action.adds if fact[:2] == ("at-robot", other.robot)] for step in plan
-    ]
-    stays = not other.moving and (not plan or not towards[0])
-    visited = [other.place] if stays else []
-    visited += [place for step in towards for place in step]
-    return tuple(dict.fromkeys(visited))
+    leaves: dict[str, float] = {}
+    place, present, busy, spent = other.place, not other.moving, False, 0
+    for step in plan:
+        towards = next((fact[2] for fact in step.action.adds if fact[:2] == ("at-robot", other.robot)), None)
+        if towards is None:
+            busy = True
+        else:
+            if present and busy:
+                leaves[place] = spent
+            place, present, busy = towards, True, True
+        spent += step.action.cost
+    if present:
+        leaves[place] = math.inf
+    return tuple(Meeting(place, until) for place, until in leaves.items())

@@ -67,7 +67,7 @@ from clo_fleet.sim.truth import Truth
 from clo_fleet import __version__
 from clo_fleet.world import events
 from clo_fleet.world.events import EVENTS_FORMAT, Recorder
-from clo_fleet.world.model import ObjectMoved, Pose, RobotId, World
+from clo_fleet.world.model import ObjectMoved, PlaceId, Pose, RobotId, World
 
 __all__ = ["TICK", "Mission", "RobotView"]
 
@@ -291,6 +291,7 @@ class Mission:
                 preferred=wanted[robot.id].velocity,
                 radius=robot.spec.radius,
                 max_speed=self._site.max_speed(robot.id),
+                group=self._site.place(robot.id),
             )
             for robot in bodies
         ]
@@ -327,7 +328,6 @@ class Mission:
 
     def _sense(self) -> None:
         """Every robot looks at the same snapshot; what is new to it, it also tells."""
-        heard = self._radio.due(self.time)
         listeners = [Listener(robot.id, self._site.pose(robot.id).point) for robot in self._robots.values()]
         for robot, listener in zip(self._robots.values(), listeners, strict=True):
             executive = robot.executive
@@ -337,7 +337,7 @@ class Mission:
             self._learn(robot, flips, "sight")
             own = self._effects(robot)
             self._radio.tell(self.time, listener, (*flips, *own), listeners)
-        for robot_id, flips_heard in heard.items():
+        for robot_id, flips_heard in self._radio.due(self.time).items():
             self._hear(self._robots[robot_id], flips_heard)
 
     def _hear(self, robot: Robot, flips: list[Flip]) -> None:
@@ -394,7 +394,8 @@ class Mission:
         while True:
             for robot in self._robots.values():
                 inbox, self._inbox[robot.id] = self._inbox[robot.id], []
-                for event in inbox:
+                # what is seen comes before how the action ended: nobody acts on what it could know to be false
+                for event in sorted(inbox, key=lambda event: not isinstance(event, Observed)):
                     self._tell(robot, event)
             self._announce()
             replies = self._questions.due(self.time)
@@ -413,7 +414,7 @@ class Mission:
             announcement = Announcement(
                 robot=robot.id,
                 place=self._site.place(robot.id),
-                plan=executive.plan,
+                plan=tuple(step for step in executive.plan if step.id not in executive.suspended),
                 moving=running is not None and running.action.schema == "move",
                 goals=executive.goals,
                 beliefs=executive.beliefs,
@@ -443,10 +444,12 @@ class Mission:
     def _meets(self, robot: Robot) -> tuple[Flip, ...]:
         """How the places to meet others, as announced, differ from what a giver believes."""
         now = {
-            ("meets", other, place)
+            ("meets", other, meeting.place)
             for other, gifts in _gifts(robot).items()
             if other in self._announced
-            for place in meeting_places(self._announced[other], gifts)
+            for meeting in meeting_places(self._announced[other], gifts)
+            if self._site.is_room(PlaceId(meeting.place))
+            and meeting.until >= self._questions.earliest(robot.id, robot.executive.beliefs, gifts, meeting.place)
         }
         believed = {fact for fact in robot.executive.beliefs if fact[0] == "meets"}
         return tuple(Flip(fact, fact in now) for fact in sorted(now ^ believed))

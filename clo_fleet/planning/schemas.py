@@ -93,10 +93,9 @@ class Domain:
 
     def is_a(self, type_: str, above: str) -> bool:
         """Whether ``type_`` is ``above`` or one of its subtypes."""
-        parents = dict(self.types)
-        while type_ not in (above, OBJECT):
-            type_ = parents[type_]
-        return type_ == above
+        if type_ in (above, OBJECT):
+            return type_ == above
+        return self.is_a(dict(self.types)[type_], above)
 
     def ground(self, name: str, args: tuple[str, ...], costs: Costs) -> Action:
         """The schema's action for these objects, without its static preconditions.

@@ -12,8 +12,9 @@ from types import TracebackType
 from typing import Self
 
 from clo_fleet.clo.strategies import STRATEGIES, Strategy
+from clo_fleet.clo.task import Fact
 from clo_fleet.errors import CloFleetError
-from clo_fleet.fleet.mission import Mission
+from clo_fleet.fleet.mission import Mission, RobotView
 from clo_fleet.study.event_log import EventLog, Recorded
 from clo_fleet.study.metrics import measure
 from clo_fleet.study.result import RunResult, write_result
@@ -118,6 +119,22 @@ class Run:
     def done(self) -> bool:
         """Whether the run has ended."""
         return self.mission.outcome is not None
+
+    @property
+    def facts(self) -> frozenset[Fact]:
+        """The facts that truly hold."""
+        return self.mission.facts
+
+    def robot(self, robot: str) -> RobotView:
+        """One robot as it is now: pose, place, plan, links, beliefs.
+
+        Raises:
+            UnknownRobotError: if the world has no such robot.
+        """
+        known = tuple(spec.id for spec in self.mission.world.robots)
+        if robot not in known:
+            raise UnknownRobotError(robot, known)
+        return self.mission.view(robot)
 
     @property
     def log(self) -> tuple[Recorded, ...]:

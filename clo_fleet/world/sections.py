@@ -152,10 +152,11 @@ def parse(file: YamlFile, schema: type[S], stand_ins: Mapping[str, Value]) -> Pa
             faults = [file.fault(_finding(schema, content, detail)) for detail in details]
             found += [fault for fault in faults if (fault.line, fault.column, fault.key) not in known]
             first = False
-        paths = {_removable(_path(content, detail)) for detail in details}
-        for path in sorted(paths, key=_order, reverse=True):
+        paths = {_removable(_path(content, detail), detail["type"] == "missing") for detail in details}
+        for path in sorted(paths, key=_order, reverse=True):  # from the back, so that indices stay right
             unsound.add(path[:2])
-            _remove(content, path, kept, stand_ins)
+            if not any(path[:depth] in paths for depth in range(1, len(path))):
+                _remove(content, path, kept, stand_ins)
     return Parsed(
         file=file,
         sections=sections,
@@ -226,8 +227,12 @@ def _path(content: Any, detail: ErrorDetails) -> KeyPath:
     return (*path, detail["loc"][-1]) if detail["type"] == "missing" else path
 
 
-def _removable(path: KeyPath) -> KeyPath:
-    """The path of what can be taken out whole: not a point of an outline, which would leave another outline."""
+def _removable(path: KeyPath, missing: bool) -> KeyPath:
+    """The path of what can be taken out whole: of a missing key the section, of a point the outline.
+
+    A missing key of the top level stays itself: a stand-in takes its place.
+    """
+    path = path[:-1] if missing and len(path) > 1 else path
     for depth, part in enumerate(path):
         if isinstance(part, int) and path[depth - 1] not in SEPARATE:
             return path[:depth]
@@ -235,18 +240,16 @@ def _removable(path: KeyPath) -> KeyPath:
 
 
 def _remove(content: Any, path: KeyPath, kept: dict[KeyPath, list[int]], stand_ins: Mapping[str, Value]) -> None:
-    """Take the value out of the content; what is not there is missing, so take out the section that misses it."""
+    """Take the value at the path out of the content, or put the stand-in there if there is none."""
+    *way, last = path
     parent = content
-    for part in path[:-1]:
+    for part in way:
         parent = parent[part]
-    last = path[-1]
     if isinstance(parent, list) and isinstance(last, int):
-        del kept.setdefault(path[:-1], list(range(len(parent))))[last]
+        del kept.setdefault(tuple(way), list(range(len(parent))))[last]
         del parent[last]
     elif last in parent:
         del parent[last]
-    elif len(path) > 1:
-        _remove(content, path[:-1], kept, stand_ins)
     else:
         parent[last] = _copy(stand_ins[str(last)])
 

@@ -73,7 +73,7 @@ def test_a_map_is_read_into_values(tmp_path: Path) -> None:
     assert building.name == "three_rooms"
     assert list(building.rooms[1].outline) == [(14, 0), (20, 0), (20, 5), (14, 5)]
     assert [door.heading for door in building.doors] == pytest.approx([0, math.pi, 0])
-    assert building.corridors[0].shape == ((6, 2.5), (8, 2.5), (10, 2.5))
+    assert list(building.corridors[0].shape) == [(6, 2.5), (8, 2.5), (10, 2.5)]
     assert (building.corridors[0].max_speed, building.corridors[0].one_way) == (1.0, True)
     assert (building.corridors[1].max_speed, building.corridors[1].one_way) == (1.5, False)
     assert building.spawn_points == (SpawnPoint("p1", RoomId(PlaceId("l1")), Pose(1, 1, 0.5)),)

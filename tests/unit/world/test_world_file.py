@@ -1,8 +1,11 @@
 """World files: what is read, and every fault at its place."""
 
+import re
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from clo_fleet.world.faults import FileFaultsError
 from clo_fleet.world.model import ObjectMoved, Perception, PerceptionMode, PlanningTime, Pose, Radio, RobotSlowed
@@ -110,7 +113,7 @@ def test_only_format_map_and_robots_are_required(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "start", "words"),
     [
-        ("format: clo-fleet/world/1", "# none", "3:1: format: got nothing", "required"),
+        ("format: clo-fleet/world/1", "# none", "2:1: format: got nothing", "required"),
         ("world/1", "world/9", "1:1: format: got 'clo-fleet/world/9'", "clo-fleet/world/1"),
         ("map: ../maps/m.yaml", "# none", "1:1: map: got nothing", "required"),
         ("m.yaml", "none.yaml", "2:1: map: got '../maps/none.yaml'", "a map file (.yaml) that exists"),
@@ -269,6 +272,29 @@ def test_all_faults_of_a_world_are_told_at_once(tmp_path: Path) -> None:
 def test_a_robot_and_an_object_of_one_name_are_not_mixed_up(tmp_path: Path) -> None:
     """The name is faulted once, and each keeps its own place."""
     assert len(faults(written(tmp_path, ("  o2: {at: p2}", "  r2: {at: p2}"), ("o2 l3", "o1 l3")))) == 2
+
+
+JUNK = ["", "3", "-1e300", ".nan", "no", "true", "[]", "{}", "[1, 2]", "[[1, 2], [3]]", "{kind: x}", "~", "l1", "r1"]
+JUNK += ["object_moved", '"(holding r1 o1)"', "[key]", "{at: p1, room: l1}", "[{kind: object_moved, object_moved: {}}]"]
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(st.tuples(st.integers(0, 400), st.sampled_from(JUNK)), min_size=1, max_size=4), st.booleans())
+def test_any_mistake_in_any_place_is_a_fault_or_harmless(
+    tmp_path: Path, mistakes: list[tuple[int, str]], in_map: bool
+) -> None:
+    """No foreign exception comes out, and every fault has a place in one of the two files."""
+    words = re.split(r"([\w./()-]+)", MAP if in_map else WORLD)
+    for place, junk in mistakes:
+        words[(2 * place + 1) % (len(words) - 1)] = junk
+    path = written(tmp_path, building="".join(words)) if in_map else written(tmp_path)
+    if not in_map:
+        path.write_text("".join(words), encoding="utf-8")
+    try:
+        read_world(path)
+    except FileFaultsError as error:
+        places = [(fault.file.name, fault.line >= 1, fault.column >= 1) for fault in error.faults]
+        assert set(places) <= {("w.yaml", True, True), ("m.yaml", True, True)}
 
 
 def test_the_schema_describes_every_key_for_editors() -> None:
