@@ -226,20 +226,19 @@ class Executive:
         data.plan = [*running, *steps]
         data.suspended = set()
         data.tally = data.tally.with_plan(len(steps), len(superseded), first=first)
-        self._links = causal_links(question, steps, data.goals)
+        data.news = {fact: cause for fact, cause in data.news.items() if (fact in data.beliefs) != (fact in question)}
         commands: list[Command] = [PlanAdopted(steps, superseded, first)]
-        news, data.news = data.news, {}
-        revision = self._strategy.revise(self._situation(frozenset(news)))
+        situation = self._situation(frozenset(data.news))
+        revision = self._strategy.revise(replace(situation, links=causal_links(question, steps, data.goals)))
         if isinstance(revision, PlanAgain):
             if self._sound():
                 return commands
             data.unsolvable = question  # asked the same again, the planner would say the same again
-        return commands + self._follow(revision, news)
+        return commands + self._follow(revision)
 
     def _plan_missing(self, event: PlanMissing) -> list[Command]:
         data = self._data
         question, data.question = data.question, None
-        data.news = {}
         if event.failure is PlanFailure.NO_PLAN:
             data.unsolvable = question
         if event.failure is PlanFailure.NO_PLAN or self._reached() or self._sound():
@@ -286,14 +285,17 @@ class Executive:
 
     def _observed(self, event: Observed) -> list[Command]:
         news = self._learn(event.flips)
-        return self._revise(news) if news else []
+        unsettled = event.promised is not None and self._rely_on(event.promised)
+        return self._revise(news) if news or unsettled else []
 
     def _promised(self, event: Promised) -> list[Command]:
+        return self._revise({}) if self._rely_on(event.facts) else []
+
+    def _rely_on(self, promised: frozenset[Fact]) -> bool:
+        """Note what is promised; whether the plan has to be looked at for it."""
         data = self._data
-        if event.facts == data.promised:
-            return []
-        data.promised = event.facts
-        return self._revise({}) if data.suspended or not self._sound() else []
+        changed, data.promised = promised != data.promised, promised
+        return changed and bool(data.suspended or not self._sound())
 
     def _offered(self, event: Offered) -> list[Command]:
         data = self._data
@@ -320,10 +322,13 @@ class Executive:
         data = self._data
         if data.outcome:
             return []
+        data.news |= news
         if data.question is not None:
-            data.news.update(news)
             return []
         if self._reached():
+            revision = self._strategy.revise(self._situation(frozenset(news))) if data.plan else Keep()
+            if isinstance(revision, Adopt):
+                return self._follow(revision)
             running = self.running
             over = running is None or apply(data.beliefs, running.action) == data.beliefs
             return [] if over else self._stop("the goals hold already")
@@ -334,23 +339,28 @@ class Executive:
                 return self._give_up("conflict", f"its goals were met and lost again {MOST_RELAPSES} times")
         elif not data.plan:
             return []
-        return self._follow(self._strategy.revise(self._situation(frozenset(news))), news)
+        return self._follow(self._strategy.revise(self._situation(frozenset(news))))
 
-    def _follow(self, revision: Revision, news: Mapping[Fact, Cause | None]) -> list[Command]:
+    def _follow(self, revision: Revision) -> list[Command]:
         data = self._data
         if isinstance(revision, Keep):
+            data.news = {}
             return []
         if isinstance(revision, PlanAgain):
             refused: list[Command] = [RepairRefused(revision.refused)] if revision.refused else []
             return refused + self._ask(revision.why)
-        kept = {step.id for step in revision.repaired.plan}
-        if revision.on_promise:
-            data.suspended = {step.id for step in data.plan if step.id not in kept and step.id != data.running}
-            return []
-        data.suspended = set()
-        return self._drop(revision.repaired.dropped, news)
+        drops = revision.repaired.dropped
+        if not revision.on_promise:
+            data.suspended = set()
+            commands = self._drop(drops)
+            data.news = {}
+            return commands
+        # what is needless for what is true already goes; what is needless if a promise is kept is put off
+        gone = tuple(drop for drop in drops if data.beliefs.issuperset(drop.because))
+        data.suspended = {drop.step.id for drop in drops if drop not in gone and drop.step.id != data.running}
+        return self._drop(gone)
 
-    def _drop(self, drops: tuple[Drop, ...], news: Mapping[Fact, Cause | None]) -> list[Command]:
+    def _drop(self, drops: tuple[Drop, ...]) -> list[Command]:
         """Take the dropped steps out of the plan; one decision for each fact that made steps needless."""
         data = self._data
         commands: list[Command] = []
@@ -364,7 +374,7 @@ class Executive:
         data.plan = [step for step in data.plan if step.id not in gone]
         data.tally = data.tally.plus(dropped=len(gone))
         for (fact, reason), steps in groups.items():
-            cause = news.get(fact) if fact is not None else None
+            cause = data.news.get(fact) if fact is not None else None
             commands.append(StepsDropped(tuple(steps), reason, fact, cause))
         return commands
 
@@ -404,10 +414,10 @@ class Executive:
             return self._wait("for what another robot has in hand")
         revision = self._strategy.revise(self._situation(frozenset()))
         if isinstance(revision, Adopt) and step.id not in {kept.id for kept in revision.repaired.plan}:
-            return self._follow(revision, {}) + self._advance()
+            return self._follow(revision) + self._advance()
         lacks = ", ".join(str(condition) for condition in missing)
         why = PlanAgain(f"{step} cannot start: it lacks {lacks}")
-        return self._follow(revision if isinstance(revision, PlanAgain) else why, {})
+        return self._follow(revision if isinstance(revision, PlanAgain) else why)
 
     def _settle(self) -> list[Command]:
         """The goals hold: whatever is left of the plan is not needed."""
@@ -438,6 +448,8 @@ class Executive:
         return [Waits(why)]
 
     def _give_up(self, outcome: str, why: str) -> list[Command]:
+        if self._data.outcome:
+            return []
         self._data.outcome, self._data.question = outcome, None
         return [Finished(outcome, why)]
 
@@ -477,12 +489,14 @@ class Executive:
 
     def _situation(self, changed: frozenset[Fact]) -> Situation:
         data = self._data
+        plan = self._rest()
         return Situation(
             state=frozenset(data.beliefs),
-            plan=self._rest(),
+            plan=plan,
             goals=data.goals,
             changed=changed,
-            links=self._links,
+            since=frozenset(data.news),
+            links=causal_links(data.beliefs ^ data.news.keys(), plan, data.goals),
             promised=data.promised,
         )
 

@@ -122,10 +122,15 @@ class ActionCancelled:
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """Facts seen, or heard by radio, that differ from what was believed."""
+    """Facts seen, or heard by radio, that differ from what was believed.
+
+    ``promised``: what others have announced, if that changed at the same time (see ``Promised``). Who puts an object
+    down where it was promised takes the promise back and makes it true at once; told apart, it would look like a loss.
+    """
 
     time: float
     flips: tuple[Flip, ...]
+    promised: frozenset[Fact] | None = None
 
 
 @dataclass(frozen=True, slots=True)

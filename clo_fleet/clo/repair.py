@@ -3,7 +3,7 @@
 Borrajo and Veloso 2024, Algorithms 3 and 4, made sound (DECISIONS 4). A repair
 
 1. supports every condition anew and drops each step that supports nothing still needed;
-2. drops *loops*: steps that undo a fact which is true now and have it made again later (there and back);
+2. drops *loops*: steps that undo a fact and have it made again later (there and back);
 3. skips steps that cannot be done any more and are not needed either;
 4. states what is missing if some needed condition has no support: then the repair is *refused*.
 
@@ -11,7 +11,7 @@ A repaired plan reaches its goals when it is run from the state given: every con
 supports are chosen so that nothing between a producer and its consumer undoes the fact.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -141,17 +141,31 @@ def _without_impossible(
 
 
 def _without_loop(state: State, plan: Plan, goals: Sequence[Condition], links: Links) -> tuple[Plan, DropReason] | None:
-    """The cheapest plan found by dropping one step that undoes what is true now and is made again later."""
-    remade = {link.condition for link in links.links if holds(link.condition, state)}
+    """The cheapest plan found by dropping one step that undoes what a later step makes again for another."""
     best: Plan | None = None
-    for step in plan:
-        undoes = any(
-            condition.fact in (step.action.deletes if condition.positive else step.action.adds) for condition in remade
-        )
-        shorter = _eliminated(state, plan, goals, step.id) if undoes else None
+    for step in _undoers(state, plan, links):
+        shorter = _eliminated(state, plan, goals, step)
         if shorter is not None and cost(shorter) < cost(best if best is not None else plan):
             best = shorter
     return None if best is None else (best, DropReason.LOOP)
+
+
+def _undoers(state: State, plan: Plan, links: Links) -> tuple[int, ...]:
+    """The steps that end a condition which a later step restores for a consumer, in the plan's order."""
+    restored = {(link.producer, link.condition) for link in links.links}
+    value = set(state)
+    ended_by: dict[Condition, int] = {}
+    found: dict[int, None] = {}
+    for step in plan:
+        begins = [Condition(fact) for fact in step.action.adds - value]
+        begins += [Condition(fact, positive=False) for fact in step.action.deletes & value]
+        for condition in begins:
+            if condition in ended_by and (step.id, condition) in restored:
+                found[ended_by[condition]] = None
+            ended_by[Condition(condition.fact, not condition.positive)] = step.id
+        value -= step.action.deletes
+        value |= step.action.adds
+    return tuple(step.id for step in plan if step.id in found)
 
 
 def _eliminated(state: State, plan: Plan, goals: Sequence[Condition], first: Consumer) -> Plan | None:
@@ -172,17 +186,31 @@ def _eliminated(state: State, plan: Plan, goals: Sequence[Condition], first: Con
 
 
 def _replacements(
-    plan: Plan, dropped: Collection[int], before: Links, news: frozenset[Condition]
-) -> dict[Consumer, tuple[Fact, ...]]:
+    plan: Plan, dropped: Mapping[int, DropReason], before: Links, news: frozenset[Condition]
+) -> dict[int, tuple[Fact, ...]]:
     """For each dropped step, the news that took its place, followed along the links it had."""
     by_producer: dict[int, list[Link]] = {}
     for link in before.links:
         by_producer.setdefault(link.producer, []).append(link)
-    found: dict[Consumer, frozenset[Condition]] = {}
+    found: dict[int, frozenset[Condition]] = {}
     for step in reversed(plan):
         if step.id in dropped:
             links = by_producer.get(step.id, ())
-            replaced = ({link.condition} if link.condition in news else found.get(link.consumer, ()) for link in links)
-            found[step.id] = frozenset().union(*replaced)
+            found[step.id] = frozenset().union(
+                *(
+                    {link.condition}
+                    if link.condition in news
+                    else ()
+                    if link.consumer is End.GOAL
+                    else found.get(link.consumer, ())
+                    for link in links
+                )
+            )
     everything = frozenset().union(*found.values()) or news
-    return {step: tuple(sorted(condition.fact for condition in why or everything)) for step, why in found.items()}
+    return {
+        step: tuple(sorted(condition.fact for condition in why or (everything if dropped[step] in _INDIRECT else ())))
+        for step, why in found.items()
+    }
+
+
+_INDIRECT = (DropReason.LOOP, DropReason.IMPOSSIBLE)  # no link of such a step says what made it needless

@@ -82,7 +82,7 @@ class ExecutiveState:
 
     Attributes:
         question: the state from which a plan was asked for, until the answer comes.
-        news: facts that changed since then, and by whose action.
+        news: facts that changed unexpectedly since the plan was last whole, and by whose action.
         unsolvable: the last state from which the planner was asked in vain.
     """
 

@@ -38,8 +38,9 @@ class Situation:
         state: the facts believed true.
         plan: the steps left, the running one first, with the conditions that it still needs.
         goals: what must hold in the end.
-        changed: facts whose value differs from what was expected.
-        links: the links of the plan before the change.
+        changed: facts whose value is found to differ from what was expected.
+        since: all such facts since the plan was last whole, these included.
+        links: the links of the plan before those changes.
         promised: facts that others have in hand and announced to bring about.
     """
 
@@ -47,6 +48,7 @@ class Situation:
     plan: Plan
     goals: tuple[Condition, ...]
     changed: frozenset[Fact]
+    since: frozenset[Fact]
     links: Links
     promised: frozenset[Fact]
 
@@ -112,13 +114,12 @@ class Clo:
 
     def revise(self, situation: Situation) -> Revision:
         """The repaired plan, or why there is none."""
-        found = repair(
-            situation.state, situation.plan, situation.goals, before=situation.links, changed=situation.changed
-        )
+        state, plan, goals, links = situation.state, situation.plan, situation.goals, situation.links
+        found = repair(state, plan, goals, before=links, changed=situation.since)
         if isinstance(found, Repaired):
             return Adopt(found)
-        if not situation.promised <= situation.state:
-            hoped = repair(situation.state | situation.promised, situation.plan, situation.goals)
+        if promised := situation.promised - state:
+            hoped = repair(state | promised, plan, goals, before=links, changed=situation.since | promised)
             if isinstance(hoped, Repaired):
                 return Adopt(hoped, on_promise=True)
         why = "; ".join(_gap(gap, situation.plan) for gap in found.missing)

@@ -353,6 +353,8 @@ class Mission:
         self._learn(robot, fresh, "radio")
 
     def _learn(self, robot: Robot, flips: tuple[Flip, ...], source: str) -> None:
+        waiting = {flip.fact for event in self._inbox[robot.id] if isinstance(event, Observed) for flip in event.flips}
+        flips = tuple(flip for flip in flips if flip.fact not in waiting)
         if not flips:
             return
         opportunities = robot.executive.links.opportunities
@@ -390,60 +392,60 @@ class Mission:
                 inbox.append(Offered(self.time, offer.id, offer.giver, gift, (Condition(place),)))
 
     def _serve(self) -> None:
-        """Tell the executives what happened, and let the planner answer, until nobody has a question left."""
+        """Tell the executives what happened, and let the planner answer, until nobody has a question left.
+
+        Robots whose action has ended come first: what they then announce is known to those who are told of its
+        effects, so that nobody takes an object in good hands for one that is gone.
+        """
         while True:
-            for robot in self._robots.values():
+            ended = [robot for robot in self._robots.values() if any(map(_is_ending, self._inbox[robot.id]))]
+            for robot in (*ended, *(robot for robot in self._robots.values() if robot not in ended)):
                 inbox, self._inbox[robot.id] = self._inbox[robot.id], []
-                # what is seen comes before how the action ended: nobody acts on what it could know to be false
-                for event in sorted(inbox, key=lambda event: not isinstance(event, Observed)):
+                for event in _in_order(self.time, inbox):
                     self._tell(robot, event)
-            self._announce()
+                self._announce(robot)
             replies = self._questions.due(self.time)
             for reply in replies:
                 self._deliver(reply)
             if not replies and not any(self._inbox.values()):
                 return
 
-    def _announce(self) -> None:
-        """Renew the announcements; tell the others what is promised, and where givers can meet their partners."""
-        changed = False
-        for robot in self._robots.values():
-            executive, running = robot.executive, robot.executive.running
-            if executive.mode in (Mode.NEW, Mode.PLANNING) and robot.id not in self._announced:
-                continue
-            announcement = Announcement(
-                robot=robot.id,
-                place=self._site.place(robot.id),
-                plan=tuple(step for step in executive.plan if step.id not in executive.suspended),
-                moving=running is not None and running.action.schema == "move",
-                goals=executive.goals,
-                beliefs=executive.beliefs,
-                in_hand=self._site.rooms.carried(robot.id),
-            )
-            before = self._announced.get(robot.id)
-            if before is not None and _same(before, announcement):
-                continue
-            self._announced[robot.id] = announcement
-            changed = True
-            if before is None or before.plan != announcement.plan:
-                self._record(events.PlanAnnounced(robot.id, tuple(step.action.name for step in announcement.plan)))
-        if not changed:
+    def _announce(self, robot: Robot) -> None:
+        """Tell the others what the robot means to do, if that has changed, and what follows for them."""
+        executive, running = robot.executive, robot.executive.running
+        if executive.mode in (Mode.NEW, Mode.PLANNING) and robot.id not in self._announced:
             return
-        for robot in self._robots.values():
-            if robot.executive.mode is Mode.NEW:
-                continue
-            others = [other for other in self._announced.values() if other.robot != robot.id]
-            self._inbox[robot.id].append(Promised(self.time, promises(others)))
-            in_hand = {("holding", other.robot, item): True for other in others for item in other.in_hand}
-            flips = [Flip(fact, True) for fact in sorted(in_hand) if fact not in robot.executive.beliefs]
-            self._hear(robot, flips)
-            needed = {need.fact for step in robot.executive.plan for need in step.action.needs}
-            meets = tuple(flip for flip in self._meets(robot) if flip.fact in needed)
-            self._learn(robot, meets, "radio")
+        announcement = Announcement(
+            robot=robot.id,
+            place=self._site.place(robot.id),
+            plan=tuple(step for step in executive.plan if step.id not in executive.suspended),
+            moving=running is not None and running.action.schema == "move",
+            goals=executive.goals,
+            beliefs=executive.beliefs,
+            in_hand=self._site.rooms.carried(robot.id),
+        )
+        before = self._announced.get(robot.id)
+        if before is not None and _same(before, announcement):
+            return
+        self._announced[robot.id] = announcement
+        if before is None or before.plan != announcement.plan:
+            self._record(events.PlanAnnounced(robot.id, tuple(step.action.name for step in announcement.plan)))
+        for other in self._robots.values():
+            if other is not robot and other.executive.mode is not Mode.NEW:
+                self._take_note(other, announcement)
+
+    def _take_note(self, robot: Robot, announcement: Announcement) -> None:
+        """What an announcement of another robot means to this one."""
+        known = [other for other in self._announced.values() if other.robot != robot.id]
+        self._inbox[robot.id].append(Promised(self.time, promises(known)))
+        in_hand = (("holding", announcement.robot, item) for item in announcement.in_hand)
+        self._hear(robot, [Flip(fact, True) for fact in in_hand if fact not in robot.executive.beliefs])
+        needed = {need.fact for step in robot.executive.plan for need in step.action.needs}
+        self._learn(robot, tuple(flip for flip in self._meets(robot) if flip.fact in needed), "radio")
 
     def _meets(self, robot: Robot) -> tuple[Flip, ...]:
         """How the places to meet others, as announced, differ from what a giver believes."""
-        now = {
+        now: set[Fact] = {
             ("meets", other, meeting.place)
             for other, gifts in _gifts(robot).items()
             if other in self._announced
@@ -452,6 +454,8 @@ class Mission:
             and meeting.until >= self._questions.earliest(robot.id, robot.executive.beliefs, gifts, meeting.place)
         }
         believed = {fact for fact in robot.executive.beliefs if fact[0] == "meets"}
+        here = str(self._site.place(robot.id))
+        now |= {fact for fact in believed if fact[2] == here and self._site.place(RobotId(fact[1])) == here}
         return tuple(Flip(fact, fact in now) for fact in sorted(now ^ believed))
 
     def _deliver(self, reply: Reply) -> None:
@@ -567,6 +571,19 @@ class Mission:
 
     def _record(self, event: events.Event) -> int:
         return self._recorder.record(self.time, event)
+
+
+def _is_ending(event: Event) -> bool:
+    return isinstance(event, ActionFinished | ActionFailed | ActionCancelled)
+
+
+def _in_order(time: float, inbox: list[Event]) -> list[Event]:
+    """What was seen, heard and promised as one event, and before the rest: nobody acts on what it knows better."""
+    flips = tuple(flip for event in inbox if isinstance(event, Observed) for flip in event.flips)
+    promised = [event.facts for event in inbox if isinstance(event, Promised)]
+    rest = [event for event in inbox if not isinstance(event, Observed | Promised)]
+    news = [Observed(time, flips, promised[-1] if promised else None)] if flips or promised else []
+    return [*news, *rest]
 
 
 def _gifts(robot: Robot) -> dict[RobotId, list[Any]]:

@@ -2,11 +2,12 @@
 
 Phases, in order; a door straight between two rooms skips those in brackets::
 
-    approach -> queue -> pass out -> [insert -> travel -> wait to enter ->] pass in
+    approach -> queue -> [pass out -> insert -> travel -> wait to enter ->] pass in
 
-The robot goes to a waiting point beside the door, asks for the doorway, drives out to the pose at which SUMO
-will have its vehicle, travels, holds at the end of the lane until the far doorway is free, and drives in.
-Inside a doorway it drives straight and is not steered aside, because the doorway is its own.
+The robot drives towards the door's gate, a little inside, and on its way asks for the doorway. If it may pass, it
+does not stop there; who has to wait, stands beside the door. Inside a doorway it drives along a line of its own and
+is not steered aside, because the doorway is its own: out to the pose at which SUMO will have its vehicle, or from
+where its vehicle held, to the gate of the other room.
 """
 
 import math
@@ -15,25 +16,27 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Self
 
+from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, throat, waiting_point
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
-from clo_fleet.robot.steering import Steering, straight
+from clo_fleet.robot.steering import Steering, follow
+from clo_fleet.sim.doors import Way, is_wide
 from clo_fleet.sim.routes import Route
-from clo_fleet.sim.doors import Way
 from clo_fleet.sim.site import Site
-from clo_fleet.sim.walls import inner_point, outward
+from clo_fleet.sim.walls import beyond, inner_point
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, RoomId
-from clo_fleet.world.places import doors_between
 
 __all__ = ["Drive"]
 
-WAIT_INSIDE = 1.0  # [m] the waiting point lies this far inside the door ...
-WAIT_ASIDE = 0.8  # [m] ... and this far to the right, so that who comes in can pass
-GATE_INSIDE = 0.5  # [m] from here the way out is straight
-CLEAR_INSIDE = 1.2  # [m] who comes in is through when it is this far inside
-CLEAR_RADIUS = 0.75  # [m] nobody may stand this near to where one comes in
+ASK = 2.5  # [m] before the gate a robot asks for the doorway, if nobody has asked yet: far enough not to slow down
+JOIN = 1.5  # [m] before the gate it does so if others have, so that nobody who is far holds up who is near
+AT_GATE = 0.25  # [m] so near to the gate the way out begins
+AHEAD = 0.2  # [m] ahead on its line a robot aims in a doorway: less than in a room, it keeps to the line
+WAITS = 0.2  # [m] so near to its waiting point a robot stands still
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
-SIDE_CLEARANCE = 0.08  # [m] between a robot's rim and the side of a doorway
+OFF_DOOR = 1.1  # [m] from a narrow door a vehicle is out of the way of who comes next
+COMING = 6.0  # [m] before a narrow door vehicles come first: this far they get while one passes out
 GIVE_UP = 60.0  # [s] without any way through the room
+PUSHED = 0.6  # [m] round the gate objects are pushed, not gone round: who stands in the way of the door moves
 
 
 class Phase(Enum):
@@ -50,14 +53,20 @@ class Phase(Enum):
 
 @dataclass(slots=True)
 class Drive:
-    """Drive from room ``start`` to room ``goal``."""
+    """Drive from room ``start`` to room ``goal``, out of door ``out`` and in at door ``into``.
+
+    Attributes:
+        line: in a doorway, the points that it comes from and drives to.
+        spot: where it waits beside the door, for the place in the queue that comes with it.
+    """
 
     start: RoomId
     goal: RoomId
     phase: Phase = Phase.APPROACH
     out: DoorId | None = None
     into: DoorId | None = None
-    legs: list[Point] = field(default_factory=list)
+    line: list[Point] = field(default_factory=list)
+    spot: tuple[int, Point] | None = None
     cancelling: bool = False
     steering: Steering = field(default_factory=Steering)
 
@@ -93,7 +102,8 @@ class Drive:
             "phase": self.phase.value,
             "out": self.out,
             "into": self.into,
-            "legs": [list(point) for point in self.legs],
+            "line": [list(point) for point in self.line],
+            "spot": [self.spot[0], list(self.spot[1])] if self.spot else None,
             "cancelling": self.cancelling,
         }
 
@@ -106,102 +116,146 @@ class Drive:
             phase=Phase(state["phase"]),
             out=state["out"],
             into=state["into"],
-            legs=[(x, y) for x, y in state["legs"]],
+            line=[(x, y) for x, y in state["line"]],
+            spot=(state["spot"][0], tuple(state["spot"][1])) if state["spot"] else None,
             cancelling=state["cancelling"],
         )
 
     # ---- phases --------------------------------------------------------------------------------------------
 
     def _approach(self, body: Body) -> Progress:
-        door = self._door(body.site, self.out)
-        target = _beside(door, self.start)
-        here = body.site.pose(body.id).point
-        if math.dist(here, target) < 0.3 or math.dist(here, inner_point(door, self.start, GATE_INSIDE)) < 0.5:
+        """Towards the gate, until it is time to ask for the doorway."""
+        door = _door(body.site, self.out)
+        target = gate(door, self.start, body.spec.radius, out=True)
+        away = math.dist(body.site.pose(body.id).point, target)
+        if away < (ASK if not body.site.doors.queue(door.id, _way(door, self.start)) else JOIN):
             self.phase = Phase.QUEUE
             return self._queue(body)
-        velocity = self.steering.velocity(body.site, body.spec, self.start, target, body.time)
-        since = self.steering.blocked_since
-        if since >= 0.0 and body.time - since > GIVE_UP:
-            return Failed("blocked")
-        if velocity == (0.0, 0.0) and since < 0.0:
-            self.phase = Phase.QUEUE  # as near as one can get
-        return Under(velocity, "a way through the room" if since >= 0.0 else "")
+        return self._steer(body, target, "", stop=False)
 
     def _queue(self, body: Body) -> Progress:
-        site = body.site
-        door = self._door(site, self.out)
-        way = Way.OUT if self.start == door.rooms[0] else Way.IN
-        if not site.doors.request(door.id, way, body.id):
-            return Under(standing_for=f"door {door.id}")
-        if self.out != self.into:
-            route = self._route(site)
-            if not site.corridors.entry_clear(route):
-                return Under(standing_for=f"room in the corridor behind door {door.id}")
-            exit_point = site.corridors.entry_pose(route).point
-            self.legs = [_gate(door, self.start, exit_point, body.spec.radius, GATE_INSIDE), exit_point]
-        else:
-            if not _clear(body, self.goal, inner_point(door, self.goal, GATE_INSIDE)):
-                return Under(standing_for=f"room behind door {door.id}")
-            self.legs = [
-                inner_point(door, self.start, GATE_INSIDE),
-                inner_point(door, self.goal, GATE_INSIDE),
-                inner_point(door, self.goal, CLEAR_INSIDE),
-            ]
-        self.phase = Phase.PASS_OUT if self.out != self.into else Phase.PASS_IN
-        return self._pass_out(body) if self.out != self.into else self._pass_in(body)
+        """On through the gate if it may; else to a place beside the door, to wait there."""
+        site, spec = body.site, body.spec
+        door = _door(site, self.out)
+        way = _way(door, self.start)
+        here, target = site.pose(body.id).point, gate(door, self.start, spec.radius, out=True)
+        first = site.doors.request(door.id, way, body.id)
+        place = site.doors.queue(door.id, way).index(body.id)
+        if not first:
+            ahead = site.doors.queue(door.id, way)[place - 1]
+            return self._wait(body, door, place - 1, f"door {door.id}, after robot {ahead}")
+        obstacle = self._obstacle(body, door)
+        near = math.dist(here, target) < AT_GATE or beyond(door, self.start, here)
+        if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
+            return self._wait(body, door, 0, obstacle)
+        if obstacle or not near:
+            return self._steer(body, target, obstacle, stop=bool(obstacle))
+        site.doors.request(door.id, way, body.id, urgent=True)
+        self.line = [target, *self._line_out(body, door)]
+        self.phase = Phase.PASS_IN if self.out == self.into else Phase.PASS_OUT
+        return _STEPS[self.phase](self, body)
 
     def _pass_out(self, body: Body) -> Progress:
         here = body.site.pose(body.id).point
-        if len(self.legs) == 1 and math.dist(here, self.legs[0]) < HAND_OVER:
+        if math.dist(here, self.line[-1]) < HAND_OVER:
             body.site.depart(body.id, self._route(body.site))
+            door = _door(body.site, self.out)
+            if is_wide(door):
+                body.site.doors.release(door.id, _way(door, self.start), body.id)
             self.phase = Phase.INSERT
-            return Under(direct=True)
-        return self._along(body, here)
+        return Under(follow(body.site, body.spec, self.line, ahead=AHEAD), direct=True)
 
     def _insert(self, body: Body) -> Progress:
         if not body.site.in_corridor(body.id):
-            return Under(direct=True, standing_for="its turn in the corridor")
-        door = self._door(body.site, self.out)
-        body.site.doors.release(door.id, Way.OUT if self.start == door.rooms[0] else Way.IN, body.id)
+            velocity = follow(body.site, body.spec, self.line, ahead=AHEAD)
+            return Under(velocity, direct=True, standing_for="its turn in the corridor")
         self.phase = Phase.TRAVEL
         return self._travel(body)
 
     def _travel(self, body: Body) -> Progress:
+        door = _door(body.site, self.out)
+        if math.dist(body.site.pose(body.id).point, door.position) > OFF_DOOR:
+            body.site.doors.release(door.id, _way(door, self.start), body.id)
         if not body.site.arrived(body.id):
             return Under()
+        self.release(body)
         self.phase = Phase.WAIT_TO_ENTER
         return self._wait_to_enter(body)
 
     def _wait_to_enter(self, body: Body) -> Progress:
-        site = body.site
-        door = self._door(site, self.into)
+        site, radius = body.site, body.spec.radius
+        door = _door(site, self.into)
         way = Way.IN if self.goal == door.rooms[0] else Way.OUT
-        if not site.doors.request(door.id, way, body.id):
-            return Under(standing_for=f"door {door.id}")
-        gate = _gate(door, self.goal, site.pose(body.id).point, body.spec.radius, GATE_INSIDE)
-        if not _clear(body, self.goal, gate):
+        if not site.doors.request(door.id, way, body.id, urgent=True):
+            return Under(standing_for=f"door {door.id}, after robot {site.doors.queue(door.id, way)[0]}")
+        if not clear(site, body.id, door, self.goal):
             return Under(standing_for=f"room behind door {door.id}")
+        held = site.pose(body.id).point
         site.admit(body.id)
-        self.legs = [gate, _gate(door, self.goal, gate, body.spec.radius, CLEAR_INSIDE)]
+        self.line = [held, throat(door, self.goal, radius, out=False), self._inside(door, radius)]
         self.phase = Phase.PASS_IN
         return self._pass_in(body)
 
     def _pass_in(self, body: Body) -> Progress:
-        here = body.site.pose(body.id).point
-        if len(self.legs) == 1 and math.dist(here, self.legs[0]) < 0.15 and body.site.place(body.id) == PlaceId(self.goal):
+        """Through the door, and then on as others let one."""
+        site = body.site
+        door = _door(site, self.into)
+        here = site.pose(body.id).point
+        inside = _depth(door, self.goal, here)
+        if inside > INSIDE - 0.1 and site.place(body.id) == PlaceId(self.goal):
             self.release(body)
             return Done()
-        return self._along(body, here)
+        return Under(follow(site, body.spec, self.line, stop=False, ahead=AHEAD), direct=inside < body.spec.radius)
 
-    def _along(self, body: Body, here: Point) -> Under:
-        """Straight to the next leg's end; corners are cut a little, the last end is met."""
-        if len(self.legs) > 1 and math.dist(here, self.legs[0]) < 0.1:
-            self.legs.pop(0)
-        return Under(straight(here, self.legs[0], body.site.max_speed(body.id), 0.3), direct=True)
+    # ---- their parts ---------------------------------------------------------------------------------------
 
-    def _door(self, site: Site, door: DoorId | None) -> Door:
-        assert door is not None, "a drive chooses its doors before its first phase"
-        return site.door(door)
+    def _steer(self, body: Body, target: Point, why: str, *, stop: bool, near: float = 0.0) -> Progress:
+        """To ``target`` through the room. ``why``: what it waits for there."""
+        site = body.site
+        pushed = [
+            item
+            for item in site.items_in(self.start)
+            if (lies := site.item_position(item)) is not None and math.dist(lies, target) < PUSHED
+        ]
+        velocity = self.steering.velocity(
+            site, body.spec, self.start, target, body.time, near=near, ignoring=pushed, stop=stop
+        )
+        since = self.steering.blocked_since
+        if since >= 0.0 and body.time - since > GIVE_UP:
+            return Failed("blocked")
+        if since >= 0.0:
+            return Under(velocity, "a way through the room")
+        return Under(velocity, why if velocity == (0.0, 0.0) else "")
+
+    def _wait(self, body: Body, door: Door, place: int, why: str) -> Progress:
+        """Stand beside the door, further back the more there are ahead; who is not next may stand anywhere else."""
+        if place > 0 and not in_the_way(body.site, body.id, door, self.start):
+            return Under(standing_for=why)
+        if self.spot is None or self.spot[0] != place:
+            self.spot = (place, waiting_point(body.site, body.spec, door, self.start, place))
+        return self._steer(body, self.spot[1], why, stop=True, near=WAITS)
+
+    def _obstacle(self, body: Body, door: Door) -> str:
+        """What keeps the robot whose turn it is from passing; empty: nothing."""
+        if self.out == self.into:
+            return "" if clear(body.site, body.id, door, self.goal) else f"room behind door {door.id}"
+        if not is_wide(door) and (other := body.site.coming(door.id, COMING)):
+            return f"door {door.id}, for robot {other}"
+        free = body.site.entry_clear(self._route(body.site), body.spec.radius)
+        return "" if free else f"room in the corridor behind door {door.id}"
+
+    def _line_out(self, body: Body, door: Door) -> list[Point]:
+        """From the gate on: to where the vehicle will be, or to the inside of the other room."""
+        if self.out == self.into:
+            return [self._inside(door, body.spec.radius)]
+        return [
+            throat(door, self.start, body.spec.radius, out=True),
+            body.site.corridors.entry_pose(self._route(body.site)).point,
+        ]
+
+    def _inside(self, door: Door, radius: float) -> Point:
+        """The end of the way in, a look ahead beyond where it counts as through."""
+        return gate(door, self.goal, radius, out=False, inside=INSIDE + AHEAD)
 
     def _route(self, site: Site) -> Route:
         assert self.out is not None
@@ -226,39 +280,29 @@ def _choose(body: Body, start: RoomId, goal: RoomId) -> tuple[DoorId, DoorId] | 
     """The doors of the quickest way, by free flow: to the door, and from door to door."""
     here = body.site.pose(body.id).point
     best: tuple[float, DoorId, DoorId] | None = None
-    for out, into, _zone in doors_between(body.site.building, start, goal):
-        time = math.dist(here, body.site.door(out).position) / body.site.max_speed(body.id)
-        if out != into:
-            route = body.site.corridors.route(out, into)
+    for way in body.site.ways(start, goal):
+        time = math.dist(here, body.site.door(way.exit).position) / body.site.max_speed(body.id)
+        if way.zone is not None:
+            route = body.site.corridors.route(way.exit, way.entry)
             if route is None:
                 continue
             time += route.time
-        if best is None or (time, out, into) < best:
-            best = (time, out, into)
+        if best is None or (time, way.exit, way.entry) < best:
+            best = (time, way.exit, way.entry)
     return None if best is None else best[1:]
 
 
-def _beside(door: Door, room: RoomId) -> Point:
-    """The waiting point: inside the door, to the right as one looks out."""
-    x, y = outward(door, room)
-    inside = inner_point(door, room, WAIT_INSIDE)
-    return (inside[0] + WAIT_ASIDE * y, inside[1] - WAIT_ASIDE * x)
+def _door(site: Site, door: DoorId | None) -> Door:
+    assert door is not None, "a drive chooses its doors before its first phase"
+    return site.door(door)
 
 
-def _gate(door: Door, room: RoomId, line: Point, radius: float, inside: float) -> Point:
-    """The point ``inside`` the door, as far to the side as ``line`` is, but clear of the door's sides."""
-    x, y = outward(door, room)
-    side = (line[0] - door.position[0]) * -y + (line[1] - door.position[1]) * x
-    most = max(0.0, door.width / 2 - radius - SIDE_CLEARANCE)
-    side = max(-most, min(most, side))
-    middle = inner_point(door, room, inside)
-    return (middle[0] - side * y, middle[1] + side * x)
+def _way(door: Door, start: RoomId) -> Way:
+    return Way.OUT if start == door.rooms[0] else Way.IN
 
 
-def _clear(body: Body, room: RoomId, point: Point) -> bool:
-    """Whether nobody stands where the robot is about to come in."""
-    return all(
-        math.dist(body.site.pose(other).point, point) > CLEAR_RADIUS
-        for other in body.site.bodies_in(room)
-        if other != body.id
-    )
+def _depth(door: Door, room: RoomId, point: Point) -> float:
+    """How far inside the room a point is, square to the door's line [m]."""
+    x, y = inner_point(door, room, 1.0)
+    (dx, dy), (px, py) = door.position, point
+    return (px - dx) * (x - dx) + (py - dy) * (y - dy)

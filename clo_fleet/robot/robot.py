@@ -11,19 +11,16 @@ from clo_fleet.clo.executive import Executive
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.plan import Step
 from clo_fleet.errors import CloFleetError
+from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.drive import Drive
 from clo_fleet.robot.giving import Give
 from clo_fleet.robot.handling import Handle, Place, Work
 from clo_fleet.robot.skill import Body, Cancelled, Exchange, Failed, Progress, Skill, Under
-from clo_fleet.robot.steering import Steering
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
-from clo_fleet.sim.walls import in_front
 from clo_fleet.world.model import ObjectId, Point, RobotId, RobotSpec, RoomId, SkillSettings
 
-__all__ = ["Meters", "NoSkillError", "Robot", "SITE_SKILLS"]
-
-CLEAR_OF_DOORS = 0.9  # [m] an idle robot keeps this far from where others come through
+__all__ = ["SITE_SKILLS", "Meters", "NoSkillError", "Robot"]
 
 
 class NoSkillError(CloFleetError):
@@ -72,8 +69,7 @@ class Robot:
         self._skill: Skill | None = None
         self._factor = 1.0
         self._last: Point = spec.pose.point
-        self._spot: Point | None = None
-        self._steering = Steering()
+        self._aside = StandAside()
 
     @property
     def id(self) -> RobotId:
@@ -91,7 +87,7 @@ class Robot:
         self._skill = SITE_SKILLS[step.action.schema](*step.action.args[1:])
         self._factor = 1.0 + settings.spread * _draw(self._seed, self.id, step.id)
         self.cause = Cause(self.id, step.action.name, event)
-        self._spot = None
+        self._aside = StandAside()
 
     def cancel(self) -> None:
         """Ask the skill to stop where that is safe."""
@@ -101,7 +97,7 @@ class Robot:
     def step(self, site: Site, truth: Truth, exchange: Exchange, settings: SkillSettings, time: float) -> Progress:
         """Go on for one tick: with the skill, or standing out of the way."""
         if self._skill is None or self.cause is None:
-            return self._stand_aside(site, time)
+            return Under(self._aside.velocity(site, self.spec, time))
         body = Body(
             spec=self.spec,
             site=site,
@@ -144,7 +140,7 @@ class Robot:
             "cause": asdict(self.cause) if self.cause else None,
             "meters": asdict(self.meters),
             "last": list(self._last),
-            "spot": list(self._spot) if self._spot else None,
+            "aside": self._aside.state(),
         }
 
     def _measure(self, site: Site, progress: Progress) -> None:
@@ -156,25 +152,8 @@ class Robot:
         else:
             self.meters = replace(self.meters, working=self.meters.working + tick)
 
-    def _stand_aside(self, site: Site, time: float) -> Under:
-        """Without anything to do, a robot leaves the ways of others free."""
-        place = site.place(self.id)
-        if not site.is_room(place) or site.in_corridor(self.id):
-            return Under()
-        room = RoomId(place)
-        if self._spot is None:
-            here = site.pose(self.id).point
-            doors = [door for door in site.building.doors if room in door.rooms]
-            if not any(in_front(door, room, here, CLEAR_OF_DOORS) for door in doors):
-                self._spot = here
-            else:
-                self._spot = site.rooms.free_spot(here, self.spec.radius + 0.2, room, within=6.0) or here
-        return Under(self._steering.velocity(site, self.spec, room, self._spot, time, near=0.1))
-
 
 def _draw(seed: int, robot: str, step: int) -> float:
     """A number in [-1, 1), the same for the same seed, robot and step. No state: nothing to save."""
     digest = hashlib.sha256(f"{seed}/{robot}/skills/{step}".encode()).digest()
     return int.from_bytes(digest[:8], "big") / 2**63 - 1.0
-
-

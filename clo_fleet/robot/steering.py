@@ -1,48 +1,85 @@
-"""Driving to a point inside a room: along a shortest path, round what lies there, slower near the end."""
+"""Driving along a line: as fast as one can, but so that one can still stop where it ends.
+
+A robot aims at a point of its line a little ahead of it. That cuts corners softly and brings it back when others
+have pushed it aside. In a room the line is a shortest path round what lies and stands there, looked for anew now and
+then; in a doorway it is given.
+"""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from clo_fleet.sim.site import Site
-from clo_fleet.world.model import ObjectId, Point, RobotId, RobotSpec, RoomId
+from clo_fleet.world.model import Point, RobotId, RobotSpec, RoomId
 
-__all__ = ["Steering", "straight"]
+__all__ = ["Steering", "braking", "follow"]
 
 RENEW = 1.0  # [s] a path is looked for anew this often, as others move
-SLOW_WITHIN = 0.5  # [m] from here on speed falls with the distance
-CREEP = 0.08  # [m/s] never slower than this until there
-WAYPOINT = 0.15  # [m] a corner of the path counts as passed from here
+LOOK_AHEAD = 0.35  # [m] along the line, about a robot's radius: it then cuts corners by less than its margins
+BRAKES = 0.8  # share of its acceleration on which a robot counts to stop; the rest is for what goes wrong
+TURNING = 0.3  # share of its speed that a robot keeps at least while it turns off
 STANDING = 0.05  # [m/s] a robot slower than this is gone round, a faster one is avoided
+BERTH = 0.16  # [m] more round robots than round objects, so that avoidance lets one follow the path
+MOVED = 0.05  # [m] a target that moves by more than this is a new one
+OVERSHOOT = 0.05  # [m] paths end this far inside the distance that counts as near
 
 
-def straight(here: Point, target: Point, speed: float, within: float = SLOW_WITHIN) -> tuple[float, float]:
-    """The velocity straight to ``target`` [m/s], slowing down over the last ``within`` metres."""
-    dx, dy = target[0] - here[0], target[1] - here[1]
+def braking(distance: float, acceleration: float, tick: float) -> float:
+    """The speed from which one still stops within ``distance`` if one begins to brake a tick later [m/s]."""
+    lag = BRAKES * acceleration * tick
+    return math.sqrt(lag * lag + 2.0 * BRAKES * acceleration * max(0.0, distance)) - lag
+
+
+def follow(
+    site: Site, spec: RobotSpec, line: list[Point], *, stop: bool = True, ahead: float = LOOK_AHEAD
+) -> tuple[float, float]:
+    """The velocity along ``line`` [m/s]. What lies behind is taken off the line, but for two last points.
+
+    Args:
+        site: the space.
+        spec: the robot that drives, a body in a room.
+        line: two points at least: what the robot comes from, and what it drives to in turn.
+        stop: whether it is to stand at the end; else it only comes by there.
+        ahead: how far ahead to aim [m].
+    """
+    here, now = site.pose(spec.id).point, site.rooms.velocity(spec.id) or (0.0, 0.0)
+    while len(line) > 2 and _off(here, line[1], line[2]) <= _off(here, line[0], line[1]):
+        line.pop(0)
+    aim, left = _ahead(here, line, ahead)
+    dx, dy = aim[0] - here[0], aim[1] - here[1]
     distance = math.hypot(dx, dy)
     if distance < 1e-9:
         return (0.0, 0.0)
-    wanted = min(speed, max(CREEP, speed * distance / within))
-    return (wanted * dx / distance, wanted * dy / distance)
+    speed = site.max_speed(spec.id)
+    going = math.hypot(*now)
+    if going > STANDING:
+        speed *= max(TURNING, (now[0] * dx + now[1] * dy) / (going * distance))
+    if stop:
+        speed = min(speed, braking(distance + left, spec.max_acceleration, site.tick))
+    return (speed * dx / distance, speed * dy / distance)
 
 
 @dataclass(slots=True)
 class Steering:
-    """The way to one target in one room. Plain data.
+    """The way to one target in one room. Plain data, but found again rather than saved.
 
     Attributes:
+        line: where the robot was when it looked, and the way from there; empty: none.
         blocked_since: since when there has been no path [s]; negative if there is one.
     """
 
-    path: list[Point] = field(default_factory=list)
+    line: list[Point] = field(default_factory=list)
     target: Point = (math.inf, math.inf)
     found_at: float = -math.inf
     blocked_since: float = -1.0
 
     def velocity(
         self, site: Site, spec: RobotSpec, room: RoomId, target: Point, time: float, *,
-        near: float = 0.0, ignoring: tuple[str, ...] = (),
+        near: float = 0.0, ignoring: Sequence[str] = (), stop: bool = True,
     ) -> tuple[float, float]:  # fmt: skip
         """The wanted velocity toward ``target`` [m/s]; zero when within ``near`` of it, or while there is no way.
+
+        If the target is taken, the way leads to the nearest free place.
 
         Args:
             site: the space.
@@ -52,47 +89,77 @@ class Steering:
             time: now [s].
             near: how close is close enough [m].
             ignoring: objects and robots that are not to be gone round (the one that is the target).
+            stop: whether to stand there; else the robot comes by at speed.
         """
         here = site.pose(spec.id).point
         if math.dist(here, target) <= near:
             return (0.0, 0.0)
-        if math.dist(target, self.target) > 0.05 or time - self.found_at >= RENEW - 1e-9:
+        if math.dist(target, self.target) > MOVED or time - self.found_at >= RENEW - 1e-9:
             self._look(site, spec, room, here, target, time, near, ignoring)
-        while len(self.path) > 1 and math.dist(here, self.path[0]) < WAYPOINT:
-            self.path.pop(0)
-        if not self.path:
-            return (0.0, 0.0)
-        speed = site.max_speed(spec.id)
-        last = len(self.path) == 1
-        return straight(here, self.path[0], speed, SLOW_WITHIN if last else WAYPOINT)
+        return follow(site, spec, self.line, stop=stop) if self.line else (0.0, 0.0)
 
     def _look(
         self, site: Site, spec: RobotSpec, room: RoomId, here: Point, target: Point, time: float,
-        near: float, ignoring: tuple[str, ...],
+        near: float, ignoring: Sequence[str],
     ) -> None:  # fmt: skip
         self.target, self.found_at = target, time
-        paths, discs = site.paths(room), _in_the_way(site, spec.id, room, ignoring)
-        way = paths.path(here, target, spec.radius, discs, within=near)
-        if way is None and near == 0.0 and (free := paths.nearest_free(target, spec.radius, discs)) is not None:
+        paths, within = site.paths(room), max(0.0, near - OVERSHOOT)
+        discs = _in_the_way(site, spec.id, room, ignoring, BERTH)
+        way = paths.path(here, target, spec.radius, discs, within=within)
+        if way is None:
+            discs = _in_the_way(site, spec.id, room, ignoring, 0.0)
+            way = paths.path(here, target, spec.radius, discs, within=within)
+        if way is None and (free := paths.nearest_free(target, spec.radius, discs)) is not None:
             way = paths.path(here, free, spec.radius, discs)
         if way is None:
-            self.path = []
+            self.line = []
             self.blocked_since = time if self.blocked_since < 0.0 else self.blocked_since
             return
         self.blocked_since = -1.0
-        self.path = [point for point in way if math.dist(point, here) > 1e-6] or [target]
+        self.line = [here, *(way or (here,))]
 
 
 def _in_the_way(
-    site: Site, robot: RobotId, room: RoomId, ignoring: tuple[str, ...]
+    site: Site, robot: RobotId, room: RoomId, ignoring: Sequence[str], berth: float
 ) -> tuple[tuple[Point, float], ...]:
     """The discs to go round: objects on the floor, and robots that stand."""
     discs: list[tuple[Point, float]] = []
     for item in site.items_in(room):
         position = site.item_position(item)
         if item not in ignoring and position is not None:
-            discs.append((position, site.item_radius(ObjectId(item))))
+            discs.append((position, site.item_radius(item)))
     for other in site.bodies_in(room):
         if other != robot and other not in ignoring and site.speed(other) < STANDING:
-            discs.append((site.pose(other).point, site.robot_radius(other)))
+            discs.append((site.pose(other).point, site.robot_radius(other) + berth))
     return tuple(discs)
+
+
+def _ahead(here: Point, line: Sequence[Point], ahead: float) -> tuple[Point, float]:
+    """The point of the line ``ahead`` beyond the nearest to ``here``, and how much of the line is left from it [m]."""
+    begin, end = line[0], line[1]
+    share = _share(here, begin, end)
+    last = (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1]))
+    for number in range(1, len(line)):
+        piece = math.dist(last, line[number])
+        if piece >= ahead:
+            t = ahead / piece
+            aim = (last[0] + t * (line[number][0] - last[0]), last[1] + t * (line[number][1] - last[1]))
+            rest = sum(math.dist(*pair) for pair in zip(line[number:], line[number + 1 :], strict=False))
+            return aim, piece - ahead + rest
+        last, ahead = line[number], ahead - piece
+    return last, 0.0
+
+
+def _off(here: Point, begin: Point, end: Point) -> float:
+    """How far ``here`` is from the line between two points [m]."""
+    share = _share(here, begin, end)
+    return math.dist(here, (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1])))
+
+
+def _share(here: Point, begin: Point, end: Point) -> float:
+    """How far along the line between two points the nearest to ``here`` lies, from 0 to 1."""
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    squared = dx * dx + dy * dy
+    if squared == 0.0:
+        return 1.0
+    return min(1.0, max(0.0, ((here[0] - begin[0]) * dx + (here[1] - begin[1]) * dy) / squared))

@@ -7,6 +7,9 @@ the exact pose of the other form, so that nothing jumps: a body drives out to wh
 ``depart`` asks SUMO to insert it, and in the step in which SUMO did so the body goes. A vehicle that arrived
 holds at the end of its lane until ``admit``; then it goes and the body stands where it stood. The place of a
 robot changes when its centre crosses the door's line, whatever its form.
+
+A doorway belongs to its room for whatever lies there: an object is never in the corridors but in a hand. Who and
+what is in which room is noted once a tick, for the many who ask.
 """
 
 import math
@@ -16,10 +19,10 @@ from typing import Any, Self
 
 from clo_fleet.errors import CloFleetError
 from clo_fleet.sim.corridors import Corridors
-from clo_fleet.sim.routes import Route
 from clo_fleet.sim.doors import Doors
 from clo_fleet.sim.paths import RoomPaths
 from clo_fleet.sim.rooms import Rooms
+from clo_fleet.sim.routes import Route
 from clo_fleet.sim.walls import free_space, in_room
 from clo_fleet.world.model import (
     BuildingMap,
@@ -35,9 +38,13 @@ from clo_fleet.world.model import (
     Room,
     RoomId,
 )
-from clo_fleet.world.places import zones
+from clo_fleet.world.places import Way, ways, zones
 
 __all__ = ["NoCorridorsError", "Site"]
+
+VEHICLE_BOX = (0.4, 0.3)  # [m] half of a vehicle's length and width
+BESIDE = 0.05  # [m] a vehicle this near to where another is to enter is in the way; on the other lane it is not
+
 
 class NoCorridorsError(CloFleetError):
     """A robot was sent into the corridors of a building that has none."""
@@ -47,7 +54,13 @@ class Site:
     """All space of one building; a context manager, because SUMO has to be closed."""
 
     def __init__(
-        self, building: BuildingMap, robots: Sequence[RobotSpec], objects: Sequence[ObjectSpec], *, seed: int, tick: float
+        self,
+        building: BuildingMap,
+        robots: Sequence[RobotSpec],
+        objects: Sequence[ObjectSpec],
+        *,
+        seed: int,
+        tick: float,
     ) -> None:
         self.building = building
         self.tick = tick
@@ -56,9 +69,11 @@ class Site:
         self._corridors = Corridors(building, seed=seed, tick=tick) if building.corridors else None
         self._room: dict[RoomId, Room] = {room.id: room for room in building.rooms}
         self._door: dict[DoorId, Door] = {door.id: door for door in building.doors}
+        self._doors_of = {room: tuple(door for door in building.doors if room in door.rooms) for room in self._room}
         self._objects = {spec.id: spec for spec in sorted(objects, key=lambda spec: spec.id)}
         self._robots = {spec.id: spec for spec in sorted(robots, key=lambda spec: spec.id)}
         self._zone_of_door = _zones_of_doors(building)
+        self._ways: dict[tuple[RoomId, RoomId], tuple[Way, ...]] | None = None
         self._paths: dict[RoomId, RoomPaths] = {}
         self._max_speed = {spec.id: spec.max_speed for spec in robots}
         self._vehicle: dict[RobotId, Route] = {}  # robots that are vehicles
@@ -66,14 +81,19 @@ class Site:
         self._place: dict[RobotId, PlaceId] = {}
         for spec in robots:
             self._place[spec.id] = PlaceId(spec.room)
-        self._object_place: dict[ObjectId, PlaceId] = {spec.id: PlaceId(spec.room) for spec in objects}
+        self._object_place = {spec.id: (spec.position, spec.room) for spec in self._objects.values()}
+        self._lying: dict[RoomId, list[ObjectId]] = {}
+        self._standing: dict[RoomId, list[RobotId]] = {}
+        self._note_who_is_where()
 
     def __enter__(self) -> Self:
         if self._corridors:
             self._corridors.__enter__()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
@@ -101,6 +121,10 @@ class Site:
     def door(self, door: DoorId) -> Door:
         """The door of that id."""
         return self._door[door]
+
+    def doors_of(self, room: RoomId) -> tuple[Door, ...]:
+        """The doors of a room."""
+        return self._doors_of[room]
 
     def is_room(self, place: PlaceId) -> bool:
         """Whether the place is a room, not a zone."""
@@ -136,16 +160,33 @@ class Site:
         return self.rooms.item_position(item)
 
     def item_place(self, item: ObjectId) -> PlaceId | None:
-        """The place where an object lies; ``None`` while it is carried."""
-        return None if self.rooms.carrier(item) is not None else self._object_place[item]
+        """The room in which an object lies, at this moment; ``None`` while it is carried."""
+        if self.rooms.carrier(item) is not None:
+            return None
+        position = self.rooms.item_position(item)
+        assert position is not None, "what nobody carries is in a room"
+        noted, room = self._object_place[item]
+        if position != noted:
+            room = self._room_around(position, room)
+            self._object_place[item] = (position, room)
+        return PlaceId(room)
 
     def items_in(self, room: RoomId) -> tuple[ObjectId, ...]:
-        """The objects that lie in the room, sorted."""
-        return tuple(item for item in self._objects if self.item_place(item) == PlaceId(room))
+        """The objects that lie in the room since the last step, sorted."""
+        return tuple(item for item in self._lying.get(room, ()) if self.rooms.carrier(item) is None)
 
     def bodies_in(self, room: RoomId) -> tuple[RobotId, ...]:
-        """The robots that are bodies and whose place is the room, sorted."""
-        return tuple(robot for robot in self._robots if self._place[robot] == PlaceId(room) and robot not in self._vehicle)
+        """The robots that were bodies on the floor of the room or of its doorways at the last step, sorted."""
+        return tuple(robot for robot in self._standing.get(room, ()) if robot not in self._vehicle)
+
+    def floor(self, robot: RobotId) -> RoomId | None:
+        """The room on whose floor, its doorways' included, the robot stands; ``None`` while it is a vehicle."""
+        if robot in self._vehicle:
+            return None
+        place = self._place[robot]
+        if RoomId(place) in self._room:
+            return RoomId(place)
+        return self._nearest_door(place, self.pose(robot).point).rooms[0]
 
     def item_radius(self, item: ObjectId) -> float:
         """The object's radius [m]."""
@@ -158,6 +199,28 @@ class Site:
     def max_speed(self, robot: RobotId) -> float:
         """The robot's top speed at present [m/s]."""
         return self._max_speed[robot]
+
+    def ways(self, start: RoomId, goal: RoomId) -> tuple[Way, ...]:
+        """The ways from one room to another without a third between them, the quickest first."""
+        if self._ways is None:
+            self._ways = ways(self.building)
+        return self._ways.get((start, goal), ())
+
+    def entry_clear(self, route: Route, radius: float) -> bool:
+        """Whether a robot can stand where the route begins, and will be let in there before others."""
+        if not self.corridors.entry_clear(route):
+            return False
+        entry = self.corridors.entry_pose(route).point
+        return all(_from_vehicle(pose, entry) > radius + BESIDE for pose in self.corridors.poses().values())
+
+    def coming(self, door: DoorId, within: float) -> RobotId | None:
+        """The first vehicle by id that is to arrive at the door and is this near to it [m], or holds there."""
+        near = (
+            robot
+            for robot, route in sorted(self._vehicle.items())
+            if route.end == door and math.dist(self.pose(robot).point, self._door[door].position) < within
+        )
+        return next(near, None)
 
     # ---- acting --------------------------------------------------------------------------------------------
 
@@ -193,15 +256,9 @@ class Site:
         for robot in entered:
             self.rooms.remove_robot(robot)
             self._vehicle[robot] = self._inserting.pop(robot)
-        for robot in self._place:
-            if robot not in self._vehicle:
-                pose = self.rooms.pose(robot)
-                if pose is not None:
-                    self._place[robot] = self._place_at(pose.point, self._place[robot])
-        for item in self._objects:
-            position = self.rooms.item_position(item)
-            if position is not None:
-                self._object_place[item] = self._place_at(position, self._object_place[item])
+        for robot, pose in self.rooms.poses().items():
+            self._place[robot] = self._place_at(pose.point, self._place[robot])
+        self._note_who_is_where()
         return entered
 
     def state(self) -> dict[str, Any]:
@@ -211,7 +268,7 @@ class Site:
             "doors": self.doors.state(),
             "corridors": self._corridors.state() if self._corridors else None,
             "place": dict(self._place),
-            "object_place": dict(self._object_place),
+            "object_place": {item: [list(at), room] for item, (at, room) in self._object_place.items()},
             "max_speed": dict(self._max_speed),
         }
 
@@ -221,22 +278,51 @@ class Site:
 
     # ---- private -------------------------------------------------------------------------------------------
 
+    def _note_who_is_where(self) -> None:
+        self._lying, self._standing = {}, {}
+        for item in self._objects:
+            if (place := self.item_place(item)) is not None:
+                self._lying.setdefault(RoomId(place), []).append(item)
+        for robot in self._robots:
+            if (room := self.floor(robot)) is not None:
+                self._standing.setdefault(room, []).append(robot)
+
     def _place_at(self, point: Point, last: PlaceId) -> PlaceId:
-        """The place of a point that was in ``last`` a tick ago: out of the room's outline is through its door."""
+        """The place of a robot's centre that was in ``last`` a tick ago: out of a room is through its door."""
         if RoomId(last) in self._room:
             room = self._room[RoomId(last)]
             if in_room(room, point):
                 return last
             door = min(
-                (door for door in self.building.doors if room.id in door.rooms),
+                self._doors_of[room.id],
                 key=lambda door: math.dist(door.position, point),
+                default=None,
             )
+            if door is None:
+                return last
             other = next((other for other in door.rooms if other != room.id), None)
             return PlaceId(other) if other is not None else self._zone_of_door[door.id]
-        for door in self.building.doors:
-            if self._zone_of_door.get(door.id) == last and in_room(self._room[door.rooms[0]], point):
-                return PlaceId(door.rooms[0])
-        return last
+        room = self._room[self._nearest_door(last, point).rooms[0]]
+        return PlaceId(room.id) if in_room(room, point) else last
+
+    def _nearest_door(self, zone: PlaceId, point: Point) -> Door:
+        """The door onto a zone that is nearest to a point."""
+        doors = (self._door[door] for door, beyond in self._zone_of_door.items() if beyond == zone)
+        return min(doors, key=lambda door: math.dist(door.position, point))
+
+    def _room_around(self, point: Point, last: RoomId) -> RoomId:
+        """The room of a point: the one whose floor it is on; in a doorway, or under a wall, the last one."""
+        if in_room(self._room[last], point):
+            return last
+        return next((room.id for room in self.building.rooms if in_room(room, point)), last)
+
+
+def _from_vehicle(pose: Pose, point: Point) -> float:
+    """How far a point is from a vehicle's box [m]; 0 inside."""
+    dx, dy = point[0] - pose.x, point[1] - pose.y
+    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    along, across = abs(dx * cos + dy * sin) - VEHICLE_BOX[0], abs(dy * cos - dx * sin) - VEHICLE_BOX[1]
+    return math.hypot(max(0.0, along), max(0.0, across))
 
 
 def _zones_of_doors(building: BuildingMap) -> dict[DoorId, PlaceId]:

@@ -2,7 +2,8 @@
 
 A door onto corridors continues its room through the wall: its *doorway* is a rectangle as wide as the
 door, from a little inside the wall to ``DOORWAY_OUTSIDE`` beyond it, closed by two side walls and open
-at its outer end. There a robot changes between body and vehicle. A door between two rooms is a gap.
+at its outer end. There a robot changes between body and vehicle. Behind a narrow door the doorway is wider than
+the door, as wide as the lanes of the corridor. A door between two rooms is a gap.
 """
 
 import math
@@ -35,6 +36,7 @@ __all__ = [
 
 DOORWAY_INSIDE = 0.3  # [m] how far a doorway reaches into its room
 DOORWAY_OUTSIDE = 1.2  # [m] how far it reaches out: a robot's diameter, and room to turn into a lane
+LANES = 1.5  # [m] a doorway is no narrower: two lanes with centres 0.7 m apart, a robot's radius, 0.1 m to the sides
 SPOT_STEP = 0.1  # [m] between the places that are tried for an item, and between rings of them
 DOOR_DEPTH = 0.3  # [m] a door opens the walls this near to it; outlines may lie a wall's thickness apart
 
@@ -93,7 +95,7 @@ def doorway_walls(door: Door) -> tuple[Segment, ...]:
     """The two side walls of a doorway onto corridors, from the wall outwards; none between two rooms [m]."""
     if len(door.rooms) != 1:
         return ()
-    half = door.width / 2
+    half = max(door.width, LANES) / 2
     return tuple((_at(door, 0.0, side), _at(door, DOORWAY_OUTSIDE, side)) for side in (-half, half))
 
 
@@ -109,6 +111,8 @@ def free_space(building: BuildingMap, room: RoomId) -> tuple[Area, ...]:
     blocked = [shapely.Polygon(obstacle) for obstacle in here.obstacles]
     for door in (door for door in building.doors if room in door.rooms):
         passage = _passage(door, room, -DOORWAY_INSIDE, DOORWAY_OUTSIDE)
+        if len(door.rooms) == 1 and door.width < LANES:
+            passage = shapely.union(passage, _passage(door, room, 0.0, DOORWAY_OUTSIDE, LANES))
         for other in (_room(building, other) for other in door.rooms if other != room):
             gap = _passage(door, room, -DOORWAY_INSIDE, DOOR_DEPTH)
             passage = shapely.intersection(passage, shapely.union(shapely.Polygon(other.outline), gap))
@@ -215,10 +219,10 @@ def _from_door(door: Door, room: RoomId, point: Point) -> tuple[float, float]:
     return (dx * x + dy * y, x * dy - y * dx)
 
 
-def _passage(door: Door, room: RoomId, inner: float, outer: float) -> shapely.Polygon:
-    """The rectangle as wide as the door, from ``inner`` to ``outer`` along the way out of ``room``."""
+def _passage(door: Door, room: RoomId, inner: float, outer: float, width: float | None = None) -> shapely.Polygon:
+    """The rectangle as wide as the door, or as given, from ``inner`` to ``outer`` along the way out of ``room``."""
     sign = 1.0 if room == door.rooms[0] else -1.0
-    half = door.width / 2
+    half = (door.width if width is None else width) / 2
     corners = ((inner, -half), (outer, -half), (outer, half), (inner, half))
     return shapely.Polygon([_at(door, sign * out, side) for out, side in corners])
 

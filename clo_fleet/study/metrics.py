@@ -12,7 +12,7 @@ from clo_fleet.world import events
 
 __all__ = ["helps", "measure"]
 
-KINDS = {"prepared": "prepared", "at-object": "delivered", "holding": "handed_over"}
+KINDS = {"prepare": "prepared", "place": "delivered", "give": "handed_over"}
 
 
 def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunResult:
@@ -44,13 +44,14 @@ def helps(log: Sequence[Recorded]) -> tuple[Help, ...]:
     for _, time, event in log:
         if isinstance(event, events.StepsLeftOut) and event.by not in (None, event.robot) and event.fact is not None:
             cause = log[event.cause][2] if event.cause is not None else None
+            action = cause.action if isinstance(cause, events.ActionStarted) else ""
             found.append(
                 Help(
                     by=str(event.by),
                     robot=event.robot,
                     fact=fact_text(event.fact),
-                    kind=KINDS.get(event.fact[0], "other"),
-                    action=cause.action if isinstance(cause, events.ActionStarted) else "",
+                    kind=KINDS.get(action.partition("(")[0], "other"),
+                    action=action,
                     dropped=tuple(name for _, name in event.steps),
                     time_s=time,
                 )

@@ -103,6 +103,7 @@ def _position_findings(cast: Cast, building: BuildingMap) -> Iterator[Finding]:
             if gap < -CLEARANCE_SLACK:
                 value = f"{point_text(point)}, overlapping {other} by {-gap:.2g} m"
                 yield Finding((*key, "at_m"), f"a place clear of {other}, {radius + size:.3g} m from its centre", value)
+                break  # the rest is told when this is mended
         placed[room].append((name, point, radius))
 
 

@@ -143,7 +143,7 @@ class WorldSection(Section):
     radio: RadioSection = RadioSection()
     planning: PlanningSection = PlanningSection()
     skills: SkillsSection = SkillsSection()
-    robots: dict[Id, RobotSection]
-    objects: dict[Id, ObjectSection] = Field({})
+    robots: dict[Id, RobotSection] = Field(max_length=10_000)
+    objects: dict[Id, ObjectSection] = Field({}, max_length=10_000)
     disturbances: tuple[DisturbanceSection, ...] = Field((), max_length=10_000)
     expected: dict[Text, str] = Field({})

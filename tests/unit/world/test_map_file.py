@@ -119,7 +119,12 @@ def test_a_map_is_read_into_values(tmp_path: Path) -> None:
         ("room: l1", "room: l4", "17:8: spawn_points.p1.room: got 'l4'", "the name of a room"),
         ("at_m: [1, 1]", "at_m: [2.5, 2.5]", "17:18: spawn_points.p1.at_m: got [2.5, 2.5]", "outside its obstacles"),
         ("at_m: [1, 1]", "at_m: [9, 1]", "17:18: spawn_points.p1.at_m: got [9, 1]", "inside room l1"),
-        ("[[20, 0], [26, 0], [26, 5], [20, 5]]", "[[20, 0], [26, 0]]", "6:8: rooms.l3.outline_m: got", "at least 3"),
+        (
+            "[[20, 0], [26, 0], [26, 5], [20, 5]]",
+            "[[20, 0], [26, 0]]",
+            "6:8: rooms.l3.outline_m: got",
+            "at least 3 entries",
+        ),
         ("[26, 5], [20, 5]]", "[20, 5], [26, 5]]", "6:8: rooms.l3.outline_m: got", "not cross or touch itself"),
         ("[26, 5], [20, 5]]", "[26, 5], [20, 5], [20, 0]]", "6:8: rooms.l3.outline_m: got", "points that differ"),
         ("[[20, 0], [26", "[[19, 0], [26", "6:8: rooms.l3.outline_m: got 2.5 m2 in common with room l2", "touching"),

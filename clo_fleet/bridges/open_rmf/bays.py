@@ -1,0 +1,177 @@
+"""Bays: small rooms made out of the hub, so that robots can act where the building's places are.
+
+In this fleet robots prepare, grasp and place things in rooms only, yet many buildings have their dispensers and parking
+places in the middle of the floor. So each such vertex gets a bay, a rectangle of free floor of at most 3 m x 3 m at or
+near the vertex, with a door onto the corridors. A bay's outline and walls are virtual: nothing stands there in the
+building, but robots in the simulation do not drive through them. Bays keep clear of corridors, walls and each other.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import shapely
+from shapely.affinity import rotate
+
+from clo_fleet.bridges.open_rmf.cells import DOOR_WIDTHS, JAMB, mouth, rounded
+from clo_fleet.bridges.open_rmf.corridors import DOORWAY, HALF_BAND, Ground, attached
+from clo_fleet.bridges.open_rmf.lanes import Network
+from clo_fleet.world.model import Door, DoorId, PlaceId, Point, Room, RoomId
+from clo_fleet.world.outlines import outward_headings
+
+__all__ = ["Bay", "bay_at"]
+
+SIDES = (1.4, 1.8, 2.2, 2.6, 3.0)  # [m] of the rectangles that are tried
+REACH = 2.0  # [m] from the vertex to the middles of these
+STEP = 0.25  # [m] between the middles
+GROWTH = 0.05  # [m] by which the best one then grows
+GAP = 0.05  # [m] between bays, and between bays and corridors
+FOOTHOLD = 0.4  # [m] a robot's radius and some more
+AWAY_PRICE = 2.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
+HARM_PRICE = 4.0  # [m2] of floor that each m2 of harm to the corridors counts for
+LARGEST_HARM = 1.0  # [m2]
+IN_MOUTH = 0.25  # [m2] of wall that a door's mouth may hold: a pantry is as wide as it is
+TRIED = 10  # rectangles for which doors are tried
+WALLS_NEAR = 3.0  # [m] walls that lend a bay their direction
+LONG_WALL = 1.0  # [m]
+
+
+@dataclass(frozen=True, slots=True)
+class Bay:
+    """A bay, its door, and the network that leads there."""
+
+    room: Room
+    door: Door
+    network: Network
+    ground: Ground
+
+
+@dataclass(frozen=True, slots=True)
+class _Frame:
+    """The plane turned about a point, so that a bay's sides run along the axes."""
+
+    origin: Point
+    angle: float
+
+    def turned(self, geometry: shapely.Geometry) -> shapely.Geometry:
+        return rotate(geometry, -self.angle, origin=self.origin, use_radians=True)
+
+    def back(self, geometry: shapely.Geometry) -> shapely.Geometry:
+        return rotate(geometry, self.angle, origin=self.origin, use_radians=True)
+
+
+def bay_at(point: Point, direction: float, names: tuple[str, str], network: Network, ground: Ground) -> Bay | None:
+    """The best bay at or near a point, or ``None`` if there is no place for one.
+
+    Good is a large bay at the point, whose door needs little change to the corridors.
+
+    Args:
+        point: where the bay should be [m].
+        direction: of the lane that comes here [rad].
+        names: ids of the room and of its door.
+        network: the corridors as they are.
+        ground: the ground as it is.
+    """
+    before = ground.harm(network)
+    free = _free(point, network, ground)
+    candidates = []
+    for angle in _angles(point, direction, ground.hub):
+        frame = _Frame(point, angle)
+        candidates += [(score, frame.angle, box) for score, box in _boxes(frame.turned(free), point)]
+    candidates.sort(key=lambda item: (-item[0], item[1], item[2].bounds))
+    best: tuple[float, Bay] | None = None
+    for score, angle, box in candidates[:TRIED]:
+        if best is not None and score <= best[0]:
+            break
+        frame = _Frame(point, angle)
+        grown = _grown(box, frame.turned(free))
+        room = _room(frame.back(grown), names[0])
+        for bay, harm in _with_doors(room, names[1], network, ground):
+            value = score - HARM_PRICE * (harm - before)
+            if harm - before < LARGEST_HARM and (best is None or value > best[0]):
+                best = (value, bay)
+    return best[1] if best else None
+
+
+def _free(point: Point, network: Network, ground: Ground) -> shapely.Geometry:
+    """The floor round a point that no corridor, room or doorway needs."""
+    lines = [shapely.LineString(network.line(way)).buffer(HALF_BAND + GAP, cap_style="flat") for way in network.ways]
+    taken = [block.buffer(GAP, join_style="mitre") for block in ground.blocks()]
+    reach = shapely.Point(point).buffer(REACH + max(SIDES))
+    return ground.hub.intersection(reach).difference(shapely.union_all([*lines, *taken]))
+
+
+def _angles(point: Point, direction: float, hub: shapely.Polygon) -> list[float]:
+    """Directions for a bay: those of the lane and of long walls nearby, each quarter turn counting once [rad]."""
+    wishes = [direction]
+    for ring in (hub.exterior, *hub.interiors):
+        corners = list(ring.simplify(0.05).coords)
+        for a, b in zip(corners, corners[1:], strict=False):
+            near = shapely.LineString([a, b]).distance(shapely.Point(point)) < WALLS_NEAR
+            if near and math.dist(a, b) >= LONG_WALL:
+                wishes.append(math.atan2(b[1] - a[1], b[0] - a[0]))
+    found: list[float] = []
+    for wish in wishes:
+        if all(abs(math.remainder(wish - angle, math.pi / 2)) > math.radians(2) for angle in found):
+            found.append(wish)
+    return found
+
+
+def _boxes(free: shapely.Geometry, point: Point) -> Iterator[tuple[float, shapely.Polygon]]:
+    """The rectangles that fit, with their scores [m2]."""
+    steps = round(REACH / STEP)
+    offsets = [step * STEP for step in range(-steps, steps + 1)]
+    middles = [(point[0] + dx, point[1] + dy) for dx in offsets for dy in offsets if math.hypot(dx, dy) <= REACH]
+    bounds = [
+        (x - width / 2, y - depth / 2, x + width / 2, y + depth / 2)
+        for x, y in middles
+        for width in SIDES
+        for depth in SIDES
+    ]
+    boxes = shapely.box(*zip(*bounds, strict=True))
+    shapely.prepare(free)
+    for box in boxes[shapely.covers(free, boxes)]:
+        away = box.buffer(-FOOTHOLD, join_style="mitre").distance(shapely.Point(point))
+        yield box.area - AWAY_PRICE * away, box
+
+
+def _grown(box: shapely.Polygon, free: shapely.Geometry) -> shapely.Polygon:
+    """The rectangle made larger while it fits."""
+    bounds = list(box.bounds)
+    for side in range(4):
+        while True:
+            wider = [*bounds[:side], bounds[side] + (GROWTH if side > 1 else -GROWTH), *bounds[side + 1 :]]
+            fits = max(wider[2] - wider[0], wider[3] - wider[1]) <= max(SIDES) + 1e-9
+            if not fits or not free.covers(shapely.box(*wider)):
+                break
+            bounds = wider
+    return shapely.box(*bounds)
+
+
+def _room(box: shapely.Polygon, name: str) -> Room:
+    corners = [rounded(corner) for corner in shapely.Polygon(box).normalize().exterior.coords[:-1]]
+    outline = tuple(corners if shapely.LinearRing(corners).is_ccw else corners[::-1])
+    return Room(RoomId(PlaceId(name)), outline)
+
+
+def _with_doors(room: Room, name: str, network: Network, ground: Ground) -> Iterator[tuple[Bay, float]]:
+    """The room with a door in each of its sides, as far as the corridors can be led there; with their harm [m2]."""
+    floor = shapely.Polygon(room.outline)
+    others = [block for block in ground.blocks()]
+    for a, b in zip(room.outline, room.outline[1:] + room.outline[:1], strict=True):
+        width = next((width for width in DOOR_WIDTHS if width + 2 * JAMB <= math.dist(a, b)), None)
+        if width is None:
+            continue
+        room_left = math.dist(a, b) / 2 - width / 2 - JAMB
+        for shift in sorted({-room_left, 0.0, room_left}):
+            share = 0.5 + shift / math.dist(a, b)
+            position = rounded((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+            heading = outward_headings(room.outline, position)[0]
+            door = Door(id=DoorId(name), rooms=(room.id,), position=position, heading=heading, width=width)
+            opening = mouth(door, 0.01, DOORWAY)
+            if opening.difference(ground.hub).area > IN_MOUTH or any(opening.intersects(block) for block in others):
+                continue
+            wider = ground.with_door(door, floor)
+            found = attached(network, wider, door)
+            if found is not None:
+                yield Bay(room, door, found[0], wider), found[1]

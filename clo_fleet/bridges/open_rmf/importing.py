@@ -1,0 +1,275 @@
+"""From a building file to a map: cells, corridors, bays and names, with a last check of it all."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import networkx as nx
+import shapely
+from shapely.ops import nearest_points
+
+from clo_fleet.bridges.open_rmf.bays import FOOTHOLD, bay_at
+from clo_fleet.bridges.open_rmf.cells import Names, RoomsAndDoors, cells_of, mouth, rooms_and_doors, rounded
+from clo_fleet.bridges.open_rmf.corridors import DOORWAY, Ground, attached, tidied
+from clo_fleet.bridges.open_rmf.lanes import Network, Way, hub_network, without_leaf
+from clo_fleet.bridges.open_rmf.reading import Level, OpenRmfError, Skipped, Vertex, read_level
+from clo_fleet.errors import CloFleetError
+from clo_fleet.sim.network import build_network
+from clo_fleet.world.checks import map_findings
+from clo_fleet.world.faults import Fault, Finding, key_text
+from clo_fleet.world.map_file import write_map
+from clo_fleet.world.model import BuildingMap, Corridor, CorridorId, Door, Junction, Point, Pose, Room, SpawnPoint
+from clo_fleet.world.yaml_file import FileWriteError
+
+__all__ = ["Imported", "MapExistsError", "import_building", "import_to_folder"]
+
+MAX_SPEED = 1.5  # [m/s] where a lane has no limit
+ASIDE = 0.15  # [m] besides a door's way: an object there is in nobody's way
+
+
+class MapExistsError(CloFleetError):
+    """A map of that name is there already.
+
+    Attributes:
+        path: the map.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self.path = path
+
+    def __str__(self) -> str:
+        return f"{self.path} exists already; nothing was overwritten"
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A building as a map, without a network yet.
+
+    Attributes:
+        building: the map.
+        skipped: what of the building file is missing from it, or different.
+        scale_m_per_px: metres per pixel of the drawing.
+        cells: connected pieces of floor between walls and doors, the hub included.
+    """
+
+    building: BuildingMap
+    skipped: tuple[Skipped, ...]
+    scale_m_per_px: float
+    cells: int
+
+
+def import_building(path: Path, *, level: str | None = None) -> Imported:
+    """The map of one level of an Open-RMF building, in metres and the building's own frame with y up.
+
+    Args:
+        path: the ``.building.yaml`` file.
+        level: the level's name; may be left out if there is only one.
+
+    Raises:
+        OpenRmfError: if the file is faulty, or no map can be made of it.
+    """
+    drawing = read_level(path, level)
+
+    def refuse(findings: Iterable[Finding]) -> OpenRmfError:
+        faults = (
+            Fault(file=path, line=1, column=1, key=key_text(f.key), value=f.value or "the drawing", expected=f.expected)
+            for f in findings
+        )
+        return OpenRmfError(faults)
+
+    names = Names()
+    cells = cells_of(drawing)
+    if cells is None:
+        raise refuse([Finding(("levels", drawing.name, "lanes"), "lanes that run over floors")])
+    found = rooms_and_doors(drawing, cells, names)
+    network, node_of, unused = hub_network(drawing, cells.hub)
+    draft = _Draft(drawing, names, Ground(cells.hub), network, [*found.skipped, *unused])
+    draft.free_stops(node_of)
+    draft.attach(found)
+    draft.add_bays(node_of)
+    building = draft.building(path.name.partition(".")[0])
+    if not any(len(door.rooms) == 1 for door in building.doors):
+        raise refuse([Finding(("levels", drawing.name), "a room, dispenser, charger or parking place at the lanes")])
+    findings = (*map_findings(building), *_one_way_findings(building))
+    if findings:
+        raise refuse(findings)
+    skipped = (*drawing.skipped, *draft.skipped, *_models(drawing))
+    return Imported(building, skipped, drawing.scale, cells.count)
+
+
+def import_to_folder(
+    path: Path, folder: Path, *, level: str | None = None, force: bool = False
+) -> tuple[Imported, Path]:
+    """Import a building and write its map, with its network beside it, into a folder; returns the map's path too.
+
+    Args:
+        path: the ``.building.yaml`` file.
+        folder: made if it is not there.
+        level: the level's name; may be left out if there is only one.
+        force: whether a map of that name may be overwritten.
+
+    Raises:
+        OpenRmfError: if the file is faulty, or no map can be made of it.
+        MapExistsError: if there is such a map and ``force`` is not given.
+        NetconvertMissingError, NetworkBuildError: if the network cannot be built.
+        FileWriteError: if the files cannot be written.
+    """
+    imported = import_building(path, level=level)
+    target = folder / f"{imported.building.name}.yaml"
+    if target.exists() and not force:
+        raise MapExistsError(target)
+    network = target.with_suffix(".net.xml.gz")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        build_network(imported.building, network)
+    except OSError as error:
+        raise FileWriteError(network, error.strerror or str(error)) from error
+    imported = replace(imported, building=replace(imported.building, network=network))
+    write_map(imported.building, target)
+    return imported, target
+
+
+@dataclass(slots=True)
+class _Draft:
+    """A map in the making."""
+
+    level: Level
+    names: Names
+    ground: Ground
+    network: Network
+    skipped: list[Skipped]
+    rooms: list[Room] = field(default_factory=list)
+    doors: list[Door] = field(default_factory=list)
+    directions: dict[int, float] = field(default_factory=dict)
+
+    def free_stops(self, node_of: dict[int, str]) -> None:
+        """Take lanes away that end at places: rooms go there. How they came stays known."""
+        for vertex in self._stops():
+            node = node_of.get(vertex.index)
+            for way in self.network.at(node)[:1] if node else ():
+                (ax, ay), (bx, by) = self.network.nodes[way.start], self.network.nodes[way.end]
+                self.directions[vertex.index] = math.atan2(by - ay, bx - ax)
+            if node:
+                self.network = without_leaf(self.network, node)
+
+    def attach(self, found: RoomsAndDoors) -> None:
+        """Lead the corridors up to the real doors; rooms that they do not reach drop out."""
+        for door in found.onto_hub:
+            ground = self.ground.with_door(door)
+            led = attached(self.network, ground, door)
+            if led is None:
+                self.skipped.append(Skipped("door", door.id, "no lane can be led to it"))
+            else:
+                self.ground, self.network = ground, led[0]
+                self.doors.append(door)
+        reached = {room for door in self.doors for room in door.rooms}
+        for _ in found.rooms:
+            reached |= {room for door in found.between if reached & set(door.rooms) for room in door.rooms}
+        self.doors += [door for door in found.between if set(door.rooms) <= reached]
+        self.rooms += [room for room in found.rooms if room.id in reached]
+        lost = [room.id for room in found.rooms if room.id not in reached]
+        self.skipped += [Skipped("room", room, "none of its doors can be reached") for room in lost]
+
+    def add_bays(self, node_of: dict[int, str]) -> None:
+        """Make a room of every place in the hub, what is needed first."""
+        for vertex in sorted(self._stops(), key=lambda vertex: (not vertex.needed, vertex.index)):
+            if self._room_at(vertex) or not self.ground.hub.covers(shapely.Point(vertex.point)):
+                continue
+            name = self.names.new(vertex.id)
+            names = (name, self.names.new(f"{name}_door"))
+            direction = self.directions.get(vertex.index, 0.0)
+            bay = bay_at(vertex.point, direction, names, self.network, self.ground)
+            if bay is None:
+                self.skipped.append(Skipped("place", vertex.id, "no floor is free for a room of 1.4 m x 1.4 m there"))
+            else:
+                self.network, self.ground = bay.network, bay.ground
+                self.rooms.append(bay.room)
+                self.doors.append(bay.door)
+
+    def building(self, name: str) -> BuildingMap:
+        """The map."""
+        network, dead = tidied(self.network, self.ground)
+        self.skipped += dead
+        called = {node: node if node in network.doors else self.names.new(node) for node in network.nodes}
+        corridors = Names()
+        return BuildingMap(
+            name=name,
+            rooms=tuple(self.rooms),
+            doors=tuple(self.doors),
+            junctions=tuple(
+                Junction(called[node], point) for node, point in network.nodes.items() if node not in network.doors
+            ),
+            corridors=tuple(
+                _corridor(network, way, called, corridors.new(f"{called[way.start]}-{called[way.end]}"))
+                for way in network.ways
+            ),
+            spawn_points=self._spawn_points(),
+        )
+
+    def _stops(self) -> list[Vertex]:
+        return [vertex for vertex in self.level.vertices if vertex.stop and (vertex.name or vertex.needed)]
+
+    def _room_at(self, vertex: Vertex) -> Room | None:
+        """The room that the vertex is in."""
+        point = shapely.Point(vertex.point)
+        return next((room for room in self.rooms if shapely.Polygon(room.outline).covers(point)), None)
+
+    def _spawn_points(self) -> tuple[SpawnPoint, ...]:
+        """A spawn point at each place, or as near to it as its room allows."""
+        found, names = [], Names()
+        made = {room.id: room for room in self.rooms}
+        for vertex in self._stops():
+            room = self._room_at(vertex) or next((made[i] for i in made if i == vertex.id), None)
+            doors = [door for door in self.doors if room and room.id in door.rooms]
+            point = _standing(room, doors, vertex.point) if room else None
+            if room is None or point is None:
+                self.skipped.append(Skipped("place", vertex.id, "it is in no room"))
+                continue
+            x, y = min((door.position for door in doors), key=lambda place: math.dist(place, point))
+            heading = round(math.atan2(y - point[1], x - point[0]), 3)
+            found.append(SpawnPoint(names.new(vertex.id), room.id, Pose(*point, heading)))
+        return tuple(found)
+
+
+def _standing(room: Room, doors: list[Door], wish: Point) -> Point | None:
+    """The place nearest to the wish where a robot may stand, out of the way of doors if possible."""
+    floor = shapely.Polygon(room.outline, room.obstacles).buffer(-FOOTHOLD, join_style="mitre")
+    ways = [mouth(door, -DOORWAY - ASIDE, DOORWAY, ASIDE) for door in doors]
+    aside = floor.difference(shapely.union_all(ways))
+    best = floor if aside.is_empty else aside
+    return None if best.is_empty else rounded(nearest_points(best, shapely.Point(wish))[0].coords[0])
+
+
+def _corridor(network: Network, way: Way, called: dict[str, str], name: str) -> Corridor:
+    return Corridor(
+        id=CorridorId(name),
+        start=called[way.start],
+        end=called[way.end],
+        shape=network.line(way),
+        max_speed=way.max_speed or MAX_SPEED,
+        one_way=way.one_way,
+    )
+
+
+def _one_way_findings(building: BuildingMap) -> list[Finding]:
+    """Doors from which one-way corridors do not let robots come to the others and back."""
+    graph = nx.DiGraph()
+    for corridor in building.corridors:
+        graph.add_edge(corridor.start, corridor.end)
+        if not corridor.one_way:
+            graph.add_edge(corridor.end, corridor.start)
+    doors = [door.id for door in building.doors if len(door.rooms) == 1]
+    round_trip = {node: part for part in nx.strongly_connected_components(graph) for node in part}
+    return [
+        Finding(("lanes",), f"lanes that lead from {doors[0]} to {door} and back", "one-way lanes")
+        for door in doors[1:]
+        if door not in round_trip[doors[0]]
+    ]
+
+
+def _models(level: Level) -> list[Skipped]:
+    counts = sorted(Counter(level.models).items())
+    return [Skipped("model", name, "the file does not say how large it is", count) for name, count in counts]

@@ -1,0 +1,57 @@
+"""Standing out of the way: a robot that has nothing to drive to keeps the doors free for others.
+
+It stays where it is, also if others push it a little, unless that is in front of a door; then it goes to the
+nearest free place that is not.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from clo_fleet.robot.steering import Steering
+from clo_fleet.sim.site import Site
+from clo_fleet.sim.walls import in_front
+from clo_fleet.world.model import Point, RobotSpec
+
+__all__ = ["StandAside"]
+
+ROOM = 0.2  # [m] between a robot's rim and the floor in front of a door
+LEAVE = 0.1  # [m] it goes on a little further than it must, lest it starts anew at the next touch
+AROUND = 6.0  # [m] in which it looks for a place
+RENEW = 3.0  # [s] after which it looks for another one, if it has not got there
+
+
+@dataclass(slots=True)
+class StandAside:
+    """Keeps one robot out of the way. ``spot``: where it is going; ``None``: it stands well."""
+
+    spot: Point | None = None
+    chosen_at: float = -math.inf
+    steering: Steering = field(default_factory=Steering)
+
+    def velocity(self, site: Site, spec: RobotSpec, time: float) -> tuple[float, float]:
+        """The wanted velocity [m/s]; zero if the robot stands well, or in the corridors."""
+        room = site.floor(spec.id)
+        if room is None:
+            return (0.0, 0.0)
+        here = site.pose(spec.id).point
+        needed = spec.radius + ROOM + (0.0 if self.spot is None else LEAVE)
+        if not any(in_front(door, room, here, needed) for door in site.doors_of(room)):
+            self.spot = None
+            return (0.0, 0.0)
+        if self.spot is None or time - self.chosen_at >= RENEW:
+            free = site.rooms.free_spot(here, spec.radius + ROOM + LEAVE, room, within=AROUND)
+            self.spot, self.chosen_at = free or here, time
+        return self.steering.velocity(site, spec, room, self.spot, time)
+
+    def state(self) -> dict[str, Any]:
+        """Plain data; the path is found again."""
+        return {"spot": list(self.spot) if self.spot else None, "chosen_at": self.chosen_at if self.spot else None}
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """What ``state()`` was taken from."""
+        if state["spot"] is None:
+            return cls()
+        return cls(spot=(state["spot"][0], state["spot"][1]), chosen_at=state["chosen_at"])

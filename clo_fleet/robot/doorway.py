@@ -1,0 +1,90 @@
+"""How a robot passes a door: where it aims, where it waits, and when the floor behind is clear.
+
+Through a wide door robots keep to the right, through a narrow one they take the middle. All points are seen from
+one room of the door; "right" is as one looks out of it.
+"""
+
+import math
+
+from clo_fleet.sim.doors import is_wide
+from clo_fleet.sim.site import Site
+from clo_fleet.sim.walls import in_front, inner_point, outward
+from clo_fleet.world.model import Door, Point, RobotId, RobotSpec, RoomId
+
+__all__ = ["GATE", "INSIDE", "clear", "gate", "in_the_way", "lane", "throat", "waiting_point"]
+
+GATE = 0.5  # [m] inside the door: from here on the way out is straight
+INSIDE = 0.9  # [m] inside the door: who came in is through
+THROAT = 0.15  # [m] outside a narrow door: only from here on does the way turn off to the lane
+LANE = 0.35  # [m] from the middle of a wide door to the middle of what is kept to, as in the corridors
+SIDE = 0.08  # [m] at least, between a robot's rim and the side of a door
+BESIDE = 0.05  # [m] at least, between who comes in and those who stand about
+WAITING = tuple((inside, right) for right in (0.95, -1.15, 1.7, -1.9) for inside in (1.0, 1.8, 2.6))  # [m] to the right
+BERTH = 0.2  # [m] at least, between those who pass and who stands out of their way
+DEPTH = 1.5  # [m] inside the door: so far those who pass need the floor to themselves
+FREE = 0.1  # [m] a waiting point may be this far off where it should be, because of walls
+
+
+def lane(door: Door, radius: float, *, out: bool) -> float:
+    """How far to the right of the middle a robot passes, out of the room or into it [m]."""
+    if not is_wide(door):
+        return 0.0
+    side = max(0.0, min(LANE, door.width / 2 - radius - SIDE))
+    return side if out else -side
+
+
+def gate(door: Door, room: RoomId, radius: float, *, out: bool, inside: float = GATE) -> Point:
+    """The point ``inside`` the room from the door's line on the way that robots keep to."""
+    return _inner(door, room, inside, lane(door, radius, out=out))
+
+
+def throat(door: Door, room: RoomId, radius: float, *, out: bool) -> Point:
+    """Where the way through the door meets the way to or from the lane behind it."""
+    return _inner(door, room, 0.0 if is_wide(door) else -THROAT, lane(door, radius, out=out))
+
+
+def clear(site: Site, robot: RobotId, door: Door, room: RoomId) -> bool:
+    """Whether nobody stands where the robot is about to come in."""
+    radius = site.robot_radius(robot)
+    begin, end = (gate(door, room, radius, out=False, inside=inside) for inside in (0.0, INSIDE))
+    return all(
+        _off(site.pose(other).point, begin, end) > radius + site.robot_radius(other) + BESIDE
+        for other in site.bodies_in(room)
+        if other != robot
+    )
+
+
+def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId, place: int) -> Point:
+    """Where the robot waits that is at this place in the queue, 0 for the next to pass."""
+    floor = site.paths(room)
+    others = [other for other in site.doors_of(room) if other.id != door.id]
+    good = []
+    for inside, right in WAITING:
+        point = _inner(door, room, inside, right)
+        free = floor.nearest_free(point, spec.radius)
+        if free is None or any(in_front(other, room, free, spec.radius) for other in others):
+            continue
+        if math.dist(point, free) <= FREE:
+            good.append(free)
+    return good[min(place, len(good) - 1)] if good else inner_point(door, room, WAITING[-1][0])
+
+
+def in_the_way(site: Site, robot: RobotId, door: Door, room: RoomId) -> bool:
+    """Whether the robot stands where others pass through the door."""
+    radius, here = site.robot_radius(robot), site.pose(robot).point
+    lines = ([gate(door, room, radius, out=out, inside=inside) for inside in (0.0, DEPTH)] for out in (True, False))
+    return any(_off(here, begin, end) < 2 * radius + BERTH for begin, end in lines)
+
+
+def _inner(door: Door, room: RoomId, inside: float, right: float) -> Point:
+    x, y = outward(door, room)
+    middle = inner_point(door, room, inside)
+    return (middle[0] + right * y, middle[1] - right * x)
+
+
+def _off(point: Point, begin: Point, end: Point) -> float:
+    """How far a point is from the line between two others [m]."""
+    dx, dy = end[0] - begin[0], end[1] - begin[1]
+    share = ((point[0] - begin[0]) * dx + (point[1] - begin[1]) * dy) / (dx * dx + dy * dy)
+    share = min(1.0, max(0.0, share))
+    return math.dist(point, (begin[0] + share * dx, begin[1] + share * dy))
