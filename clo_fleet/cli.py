@@ -162,7 +162,9 @@ def _import_map(options: argparse.Namespace) -> int:
     imported, path = import_to_folder(options.building, options.out, level=options.level, force=options.force)
     building = imported.building
     print(f"{path}: {len(building.rooms)} rooms, {len(building.doors)} doors, {len(building.corridors)} corridors, ")
-    print(f"  {len(building.spawn_points)} spawn points; {imported.cells} cells, 1 pixel = {imported.scale_m_per_px:.5f} m")
+    print(
+        f"  {len(building.spawn_points)} spawn points; {imported.cells} cells, 1 pixel = {imported.scale_m_per_px:.5f} m"
+    )
     for skipped in imported.skipped:
         print(f"  left out: {skipped}")
     return REACHED

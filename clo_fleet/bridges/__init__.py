@@ -1,0 +1,1 @@
+"""The neighbours: files of other projects."""

@@ -436,6 +436,9 @@ class Executive:
         data = self._data
         if data.unsolvable is not None and data.unsolvable == self.planning_state:
             return self._wait("no plan exists as things are believed")
+        running = self.running
+        if running is not None and (lacks := unmet(_under_way(running).action, data.beliefs)):
+            return self._stop(f"it lacks {', '.join(map(str, lacks))}")  # asked again when it has ended
         data.question, data.unsolvable, data.waiting = self.planning_state, None, ""
         data.suspended = set()
         data.tally = data.tally.plus(planner_calls=1)

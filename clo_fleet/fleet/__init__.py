@@ -1,0 +1,1 @@
+"""The team: radio, announcements, offers, and the loop of a mission."""

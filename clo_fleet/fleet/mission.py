@@ -59,7 +59,7 @@ from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions, Reply
 from clo_fleet.fleet.radio import Listener, RadioChannel
 from clo_fleet.robot.avoidance import Agent, Avoidance
-from clo_fleet.robot.robot import Robot
+from clo_fleet.robot.robot import Robot, draw
 from clo_fleet.robot.senses import consequences, news, sight
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
 from clo_fleet.sim.site import Site
@@ -113,6 +113,9 @@ class Mission:
             spec.id: Robot(spec, Executive(strategy, self._truth.facts, goals_of(spec.goals)), seed=world.seed)
             for spec in sorted(world.robots, key=lambda spec: spec.id)
         }
+        spread = world.skills.speed_spread
+        for spec in world.robots if spread else ():
+            self._site.slow(spec.id, spec.max_speed * (1.0 + spread * draw(world.seed, f"{spec.id}/speed")))
         self._announced: dict[RobotId, Announcement] = {}
         self._inbox: dict[RobotId, list[Event]] = {robot: [] for robot in self._robots}
         self._standing: dict[RobotId, str] = {}
@@ -127,7 +130,9 @@ class Mission:
         self._site.__enter__()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._site.close()
         self._questions.close()
 
@@ -598,5 +603,3 @@ def _gifts(robot: Robot) -> dict[RobotId, list[Any]]:
 def _same(a: Announcement, b: Announcement) -> bool:
     """Whether nothing that others care about differs (beliefs may)."""
     return (a.place, a.plan, a.moving, a.in_hand) == (b.place, b.plan, b.moving, b.in_hand)
-
-

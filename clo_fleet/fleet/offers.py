@@ -72,7 +72,11 @@ class Offers:
 
     def state(self) -> dict[str, Any]:
         """Plain data."""
-        return {"next": self._next, "open": [_plain(o) for o in self._open.values()], "ended": list(map(_plain, self._ended))}
+        return {
+            "next": self._next,
+            "open": [_plain(o) for o in self._open.values()],
+            "ended": list(map(_plain, self._ended)),
+        }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take up what ``state()`` gave."""

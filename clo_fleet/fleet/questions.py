@@ -91,7 +91,9 @@ class Questions:
         self._pool.warm()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
@@ -149,9 +151,7 @@ class Questions:
                 return Reply(robot=robot, due=due, actions=actions, expansions=expansions)
             case NoPlan(proven=proven):
                 detail = "proven" if proven else "the search ended without one"
-                return Reply(
-                    robot=robot, due=due, actions=None, proven=proven, expansions=expansions, detail=detail
-                )
+                return Reply(robot=robot, due=due, actions=None, proven=proven, expansions=expansions, detail=detail)
             case PlannerOutOfTime():
                 self.wall_limited = True
                 detail = f"wall limit {planning.wall_limit:g} s"

@@ -1,0 +1,1 @@
+"""The robot: skills, steering, avoidance, senses."""

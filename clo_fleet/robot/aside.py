@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
+from clo_fleet.robot.doorway import inward
+from clo_fleet.robot.skill import Under
 from clo_fleet.robot.steering import Steering
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import in_front
@@ -30,20 +32,23 @@ class StandAside:
     chosen_at: float = -math.inf
     steering: Steering = field(default_factory=Steering)
 
-    def velocity(self, site: Site, spec: RobotSpec, time: float) -> tuple[float, float]:
-        """The wanted velocity [m/s]; zero if the robot stands well, or in the corridors."""
+    def step(self, site: Site, spec: RobotSpec, time: float) -> Under:
+        """What the robot wants to do; nothing if it stands well, or is in the corridors."""
         room = site.floor(spec.id)
         if room is None:
-            return (0.0, 0.0)
+            return Under()
+        if (back := inward(site, spec, room)) is not None:
+            return Under(back, direct=True)
         here = site.pose(spec.id).point
         needed = spec.radius + ROOM + (0.0 if self.spot is None else LEAVE)
         if not any(in_front(door, room, here, needed) for door in site.doors_of(room)):
             self.spot = None
-            return (0.0, 0.0)
+            return Under()
         if self.spot is None or time - self.chosen_at >= RENEW:
             free = site.rooms.free_spot(here, spec.radius + ROOM + LEAVE, room, within=AROUND)
             self.spot, self.chosen_at = free or here, time
-        return self.steering.velocity(site, spec, room, self.spot, time)
+        velocity = self.steering.velocity(site, spec, room, self.spot, time)
+        return Under(velocity, direct=self.steering.pushes)
 
     def state(self) -> dict[str, Any]:
         """Plain data; the path is found again."""

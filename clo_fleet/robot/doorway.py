@@ -5,13 +5,14 @@ one room of the door; "right" is as one looks out of it.
 """
 
 import math
+from collections.abc import Iterator
 
 from clo_fleet.sim.doors import is_wide
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import in_front, inner_point, outward
 from clo_fleet.world.model import Door, Point, RobotId, RobotSpec, RoomId
 
-__all__ = ["GATE", "INSIDE", "clear", "gate", "in_the_way", "lane", "throat", "waiting_point"]
+__all__ = ["GATE", "INSIDE", "clear", "gate", "in_the_way", "inward", "lane", "throat", "waiting_point"]
 
 GATE = 0.5  # [m] inside the door: from here on the way out is straight
 INSIDE = 0.9  # [m] inside the door: who came in is through
@@ -22,6 +23,9 @@ BESIDE = 0.05  # [m] at least, between who comes in and those who stand about
 WAITING = tuple((inside, right) for right in (0.95, -1.15, 1.7, -1.9) for inside in (1.0, 1.8, 2.6))  # [m] to the right
 BERTH = 0.2  # [m] at least, between those who pass and who stands out of their way
 DEPTH = 1.5  # [m] inside the door: so far those who pass need the floor to themselves
+RIM = 0.1  # [m] at least, between the rim of who has no right of way and the line of a door
+BACK = 0.4  # [m/s] at which it backs off from there
+AROUND = 4.0  # [m] in which it waits if all places beside the door are taken
 FREE = 0.1  # [m] a waiting point may be this far off where it should be, because of walls
 
 
@@ -54,19 +58,40 @@ def clear(site: Site, robot: RobotId, door: Door, room: RoomId) -> bool:
     )
 
 
-def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId, place: int) -> Point:
-    """Where the robot waits that is at this place in the queue, 0 for the next to pass."""
-    floor = site.paths(room)
+def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Point:
+    """Where the robot waits for the door: the first place beside it at which nobody stands."""
+    for point in _waiting_points(site, spec, door, room):
+        if all(
+            math.dist(site.pose(other).point, point) > spec.radius + site.robot_radius(other)
+            for other in site.bodies_in(room)
+            if other != spec.id
+        ):
+            return point
+    here = site.pose(spec.id).point
+    return site.rooms.free_spot(here, spec.radius, room, within=AROUND) or inner_point(door, room, WAITING[-1][0])
+
+
+def _waiting_points(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Iterator[Point]:
+    """The places to wait beside a door that walls, obstacles and other doors leave, those near it on the right first."""
     others = [other for other in site.doors_of(room) if other.id != door.id]
-    good = []
     for inside, right in WAITING:
         point = _inner(door, room, inside, right)
-        free = floor.nearest_free(point, spec.radius)
-        if free is None or any(in_front(other, room, free, spec.radius) for other in others):
+        free = site.paths(room).nearest_free(point, spec.radius)
+        if free is None or math.dist(point, free) > FREE:
             continue
-        if math.dist(point, free) <= FREE:
-            good.append(free)
-    return good[min(place, len(good) - 1)] if good else inner_point(door, room, WAITING[-1][0])
+        if not any(in_front(other, room, free, spec.radius) for other in others):
+            yield free
+
+
+def inward(site: Site, spec: RobotSpec, room: RoomId) -> Point | None:
+    """The velocity at which a robot backs into the room that was pushed into a doorway without the right of way."""
+    here = site.pose(spec.id).point
+    for door in site.doors_of(room):
+        x, y = outward(door, room)
+        dx, dy = here[0] - door.position[0], here[1] - door.position[1]
+        if dx * x + dy * y > -spec.radius - RIM and abs(dy * x - dx * y) < door.width / 2:
+            return (-BACK * x, -BACK * y)
+    return None
 
 
 def in_the_way(site: Site, robot: RobotId, door: Door, room: RoomId) -> bool:

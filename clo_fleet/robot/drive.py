@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Self
 
-from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, throat, waiting_point
+from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, inward, throat, waiting_point
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
 from clo_fleet.robot.steering import Steering, follow
 from clo_fleet.sim.doors import Way, is_wide
@@ -27,10 +27,10 @@ from clo_fleet.world.model import Door, DoorId, PlaceId, Point, RoomId
 
 __all__ = ["Drive"]
 
-ASK = 2.5  # [m] before the gate a robot asks for the doorway, if nobody has asked yet: far enough not to slow down
-JOIN = 1.5  # [m] before the gate it does so if others have, so that nobody who is far holds up who is near
+ASK = 2.5  # [m] before the gate a robot asks for the doorway: far enough not to slow down if nobody is ahead
 AT_GATE = 0.25  # [m] so near to the gate the way out begins
 AHEAD = 0.2  # [m] ahead on its line a robot aims in a doorway: less than in a room, it keeps to the line
+LOOK = 2.0  # [s] after which it looks anew where to wait
 WAITS = 0.2  # [m] so near to its waiting point a robot stands still
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
 OFF_DOOR = 1.1  # [m] from a narrow door a vehicle is out of the way of who comes next
@@ -57,7 +57,7 @@ class Drive:
 
     Attributes:
         line: in a doorway, the points that it comes from and drives to.
-        spot: where it waits beside the door, for the place in the queue that comes with it.
+        spot: where it waits beside the door, and since when that is so [s].
     """
 
     start: RoomId
@@ -66,7 +66,7 @@ class Drive:
     out: DoorId | None = None
     into: DoorId | None = None
     line: list[Point] = field(default_factory=list)
-    spot: tuple[int, Point] | None = None
+    spot: tuple[float, Point] | None = None
     cancelling: bool = False
     steering: Steering = field(default_factory=Steering)
 
@@ -127,8 +127,7 @@ class Drive:
         """Towards the gate, until it is time to ask for the doorway."""
         door = _door(body.site, self.out)
         target = gate(door, self.start, body.spec.radius, out=True)
-        away = math.dist(body.site.pose(body.id).point, target)
-        if away < (ASK if not body.site.doors.queue(door.id, _way(door, self.start)) else JOIN):
+        if math.dist(body.site.pose(body.id).point, target) < ASK:
             self.phase = Phase.QUEUE
             return self._queue(body)
         return self._steer(body, target, "", stop=False)
@@ -143,7 +142,7 @@ class Drive:
         place = site.doors.queue(door.id, way).index(body.id)
         if not first:
             ahead = site.doors.queue(door.id, way)[place - 1]
-            return self._wait(body, door, place - 1, f"door {door.id}, after robot {ahead}")
+            return self._wait(body, door, place, f"door {door.id}, after robot {ahead}")
         obstacle = self._obstacle(body, door)
         near = math.dist(here, target) < AT_GATE or beyond(door, self.start, here)
         if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
@@ -210,8 +209,10 @@ class Drive:
     # ---- their parts ---------------------------------------------------------------------------------------
 
     def _steer(self, body: Body, target: Point, why: str, *, stop: bool, near: float = 0.0) -> Progress:
-        """To ``target`` through the room. ``why``: what it waits for there."""
+        """To ``target`` through the room, not yet through the door. ``why``: what it waits for there."""
         site = body.site
+        if (back := inward(site, body.spec, self.start)) is not None:
+            return Under(back, direct=True)
         pushed = [
             item
             for item in site.items_in(self.start)
@@ -225,14 +226,14 @@ class Drive:
             return Failed("blocked")
         if since >= 0.0:
             return Under(velocity, "a way through the room")
-        return Under(velocity, why if velocity == (0.0, 0.0) else "")
+        return Under(velocity, why if velocity == (0.0, 0.0) else "", direct=self.steering.pushes)
 
     def _wait(self, body: Body, door: Door, place: int, why: str) -> Progress:
-        """Stand beside the door, further back the more there are ahead; who is not next may stand anywhere else."""
-        if place > 0 and not in_the_way(body.site, body.id, door, self.start):
+        """Stand beside the door; who is not next may stand anywhere else, but not in the way."""
+        if place > 1 and not in_the_way(body.site, body.id, door, self.start):
             return Under(standing_for=why)
-        if self.spot is None or self.spot[0] != place:
-            self.spot = (place, waiting_point(body.site, body.spec, door, self.start, place))
+        if self.spot is None or body.time - self.spot[0] >= LOOK:
+            self.spot = (body.time, waiting_point(body.site, body.spec, door, self.start))
         return self._steer(body, self.spot[1], why, stop=True, near=WAITS)
 
     def _obstacle(self, body: Body, door: Door) -> str:

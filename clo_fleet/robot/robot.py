@@ -20,7 +20,7 @@ from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world.model import ObjectId, Point, RobotId, RobotSpec, RoomId, SkillSettings
 
-__all__ = ["SITE_SKILLS", "Meters", "NoSkillError", "Robot"]
+__all__ = ["SITE_SKILLS", "Meters", "NoSkillError", "Robot", "draw"]
 
 
 class NoSkillError(CloFleetError):
@@ -85,7 +85,7 @@ class Robot:
         if step.action.schema not in SITE_SKILLS:
             raise NoSkillError(step.action.schema)
         self._skill = SITE_SKILLS[step.action.schema](*step.action.args[1:])
-        self._factor = 1.0 + settings.spread * _draw(self._seed, self.id, step.id)
+        self._factor = 1.0 + settings.spread * draw(self._seed, f"{self.id}/skills/{step.id}")
         self.cause = Cause(self.id, step.action.name, event)
         self._aside = StandAside()
 
@@ -97,7 +97,7 @@ class Robot:
     def step(self, site: Site, truth: Truth, exchange: Exchange, settings: SkillSettings, time: float) -> Progress:
         """Go on for one tick: with the skill, or standing out of the way."""
         if self._skill is None or self.cause is None:
-            return Under(self._aside.velocity(site, self.spec, time))
+            return self._aside.step(site, self.spec, time)
         body = Body(
             spec=self.spec,
             site=site,
@@ -153,7 +153,7 @@ class Robot:
             self.meters = replace(self.meters, working=self.meters.working + tick)
 
 
-def _draw(seed: int, robot: str, step: int) -> float:
-    """A number in [-1, 1), the same for the same seed, robot and step. No state: nothing to save."""
-    digest = hashlib.sha256(f"{seed}/{robot}/skills/{step}".encode()).digest()
+def draw(seed: int, what: str) -> float:
+    """A number in [-1, 1), the same for the same seed and ``what``. No state: nothing to save."""
+    digest = hashlib.sha256(f"{seed}/{what}".encode()).digest()
     return int.from_bytes(digest[:8], "big") / 2**63 - 1.0

@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from clo_fleet.sim.paths import Disc
 from clo_fleet.sim.site import Site
 from clo_fleet.world.model import Point, RobotId, RobotSpec, RoomId
 
@@ -20,6 +21,9 @@ BRAKES = 0.8  # share of its acceleration on which a robot counts to stop; the r
 TURNING = 0.3  # share of its speed that a robot keeps at least while it turns off
 STANDING = 0.05  # [m/s] a robot slower than this is gone round, a faster one is avoided
 BERTH = 0.16  # [m] more round robots than round objects, so that avoidance lets one follow the path
+PATIENCE = 3.0  # [s] a robot that cannot move for this long begins to push
+PUSHING = 2.0  # [s] for this long at least
+PUSH = 0.25  # [m/s] so fast
 MOVED = 0.05  # [m] a target that moves by more than this is a new one
 OVERSHOOT = 0.05  # [m] paths end this far inside the distance that counts as near
 
@@ -66,12 +70,17 @@ class Steering:
     Attributes:
         line: where the robot was when it looked, and the way from there; empty: none.
         blocked_since: since when there has been no path [s]; negative if there is one.
+        stuck_since: since when it has not moved though it wants to [s]; negative if it moves.
+        pushes: whether it has been stuck for so long that it now drives on without avoiding anybody. Among robots
+            that stand close together avoidance finds no way at all; but they yield to one that comes nearer.
     """
 
     line: list[Point] = field(default_factory=list)
     target: Point = (math.inf, math.inf)
     found_at: float = -math.inf
     blocked_since: float = -1.0
+    stuck_since: float = -1.0
+    pushes: bool = False
 
     def velocity(
         self, site: Site, spec: RobotSpec, room: RoomId, target: Point, time: float, *,
@@ -79,7 +88,7 @@ class Steering:
     ) -> tuple[float, float]:  # fmt: skip
         """The wanted velocity toward ``target`` [m/s]; zero when within ``near`` of it, or while there is no way.
 
-        If the target is taken, the way leads to the nearest free place.
+        If the target is taken, the way leads to the nearest free place; if robots close all ways, through them.
 
         Args:
             site: the space.
@@ -96,7 +105,14 @@ class Steering:
             return (0.0, 0.0)
         if math.dist(target, self.target) > MOVED or time - self.found_at >= RENEW - 1e-9:
             self._look(site, spec, room, here, target, time, near, ignoring)
-        return follow(site, spec, self.line, stop=stop) if self.line else (0.0, 0.0)
+        if not self.line:
+            return (0.0, 0.0)
+        velocity = follow(site, spec, self.line, stop=stop)
+        self._heed(site.speed(spec.id), math.hypot(*velocity), time)
+        if self.pushes:
+            slower = min(1.0, PUSH / math.hypot(*velocity))
+            velocity = (slower * velocity[0], slower * velocity[1])
+        return velocity
 
     def _look(
         self, site: Site, spec: RobotSpec, room: RoomId, here: Point, target: Point, time: float,
@@ -104,34 +120,39 @@ class Steering:
     ) -> None:  # fmt: skip
         self.target, self.found_at = target, time
         paths, within = site.paths(room), max(0.0, near - OVERSHOOT)
-        discs = _in_the_way(site, spec.id, room, ignoring, BERTH)
-        way = paths.path(here, target, spec.radius, discs, within=within)
-        if way is None:
-            discs = _in_the_way(site, spec.id, room, ignoring, 0.0)
+        things, robots = _things(site, room, ignoring), _standing(site, spec.id, room, ignoring)
+        for discs in ([*things, *((at, size + BERTH) for at, size in robots)], [*things, *robots], things):
             way = paths.path(here, target, spec.radius, discs, within=within)
-        if way is None and (free := paths.nearest_free(target, spec.radius, discs)) is not None:
-            way = paths.path(here, free, spec.radius, discs)
-        if way is None:
-            self.line = []
-            self.blocked_since = time if self.blocked_since < 0.0 else self.blocked_since
-            return
-        self.blocked_since = -1.0
-        self.line = [here, *(way or (here,))]
+            if way is None and (free := paths.nearest_free(target, spec.radius, discs)) is not None:
+                way = paths.path(here, free, spec.radius, discs)
+            if way is not None:
+                self.blocked_since = -1.0
+                self.line = [here, *(way or (here,))]
+                return
+        self.line = []
+        self.blocked_since = time if self.blocked_since < 0.0 else self.blocked_since
+
+    def _heed(self, speed: float, wanted: float, time: float) -> None:
+        """Note whether the robot gets on; begin to push when it has not for a while, and end soon after it does."""
+        if speed < STANDING and wanted > PUSH / 2:
+            self.stuck_since = time if self.stuck_since < 0.0 else self.stuck_since
+            self.pushes = self.pushes or time - self.stuck_since >= PATIENCE
+        elif wanted < PUSH / 2 or (self.pushes and time - self.stuck_since > PATIENCE + PUSHING):
+            self.stuck_since, self.pushes = -1.0, False
+        elif not self.pushes:
+            self.stuck_since = -1.0
 
 
-def _in_the_way(
-    site: Site, robot: RobotId, room: RoomId, ignoring: Sequence[str], berth: float
-) -> tuple[tuple[Point, float], ...]:
-    """The discs to go round: objects on the floor, and robots that stand."""
-    discs: list[tuple[Point, float]] = []
-    for item in site.items_in(room):
-        position = site.item_position(item)
-        if item not in ignoring and position is not None:
-            discs.append((position, site.item_radius(item)))
-    for other in site.bodies_in(room):
-        if other != robot and other not in ignoring and site.speed(other) < STANDING:
-            discs.append((site.pose(other).point, site.robot_radius(other) + berth))
-    return tuple(discs)
+def _things(site: Site, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
+    """The objects on the floor."""
+    lying = ((site.item_position(item), site.item_radius(item)) for item in site.items_in(room) if item not in ignoring)
+    return [(position, radius) for position, radius in lying if position is not None]
+
+
+def _standing(site: Site, robot: RobotId, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
+    """The other robots that do not move."""
+    others = (other for other in site.bodies_in(room) if other != robot and other not in ignoring)
+    return [(site.pose(other).point, site.robot_radius(other)) for other in others if site.speed(other) < STANDING]
 
 
 def _ahead(here: Point, line: Sequence[Point], ahead: float) -> tuple[Point, float]:

@@ -1,0 +1,1 @@
+"""The truth: rooms (pymunk), corridors (SUMO), doors, and the facts derived from them."""

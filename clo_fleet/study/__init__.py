@@ -1,0 +1,1 @@
+"""The record: event log, result, summary, story, and running a world."""

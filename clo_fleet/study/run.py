@@ -106,7 +106,9 @@ class Run:
         self.mission.__enter__()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.mission.__exit__(kind, error, trace)
         self._log.close()
 

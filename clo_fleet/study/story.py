@@ -51,7 +51,9 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
         case events.GaveUp(_, outcome, why):
             return f"gave up ({outcome}): {why}"
         case events.OfferMade(_, giver, to, item, place) if robot in (giver, to):
-            return f"offered {item} to {to} in {place}" if giver == robot else f"was offered {item} by {giver} in {place}"
+            return (
+                f"offered {item} to {to} in {place}" if giver == robot else f"was offered {item} by {giver} in {place}"
+            )
         case events.Crossed(_, _, into):
             return f"left for {into}"
     return ""

@@ -109,5 +109,3 @@ def _outcome(result: RunResult) -> str:
     if advice:
         lines.append(f"what to do: {advice}")
     return "\n".join(lines)
-
-

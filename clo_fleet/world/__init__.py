@@ -1,0 +1,1 @@
+"""The setting: buildings and worlds, their files, and the events that a log can hold."""

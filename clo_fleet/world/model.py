@@ -173,6 +173,7 @@ class SkillSettings:
         reach: largest distance from the robot's rim to the object's centre [m].
         partner_wait: how long a giver waits for its partner [s].
         spread: each duration is drawn within +-``spread`` of its value, as a fraction.
+        speed_spread: each robot's top speed is drawn so, once a run.
     """
 
     prepare: float = 4.0
@@ -182,6 +183,7 @@ class SkillSettings:
     reach: float = 0.6
     partner_wait: float = 60.0
     spread: float = 0.0
+    speed_spread: float = 0.0
 
 
 class PerceptionMode(Enum):

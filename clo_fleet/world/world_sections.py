@@ -108,6 +108,7 @@ class SkillsSection(Section):
     reach_m: Positive = SKILLS.reach
     partner_wait_s: NonNegative = SKILLS.partner_wait
     spread: float = Field(default=SKILLS.spread, ge=0, lt=1)
+    speed_spread: float = Field(default=SKILLS.speed_spread, ge=0, lt=1)
 
 
 class ObjectMovedSection(Section):

@@ -211,11 +211,11 @@ class RobotAmongOthers(RuleBasedStateMachine):
         self.truth = set(apply(self.truth, action))
         self.observe(*sorted(action.adds | action.deletes))
 
-    @rule(changes=st.lists(facts, min_size=1, max_size=3, unique=True), cause=causes)
-    def others_act(self, changes: list[Fact], cause: Cause | None) -> None:
-        """Others change the world, and it is seen at once."""
+    @rule(changes=st.lists(facts, min_size=1, max_size=3, unique=True), cause=causes, promised=st.none() | states)
+    def others_act(self, changes: list[Fact], cause: Cause | None, promised: frozenset[Fact] | None) -> None:
+        """Others change the world, and it is seen at once; they may promise or take back something by it."""
         self.truth ^= set(changes)
-        self.observe(*changes, cause=cause)
+        self.observe(*changes, cause=cause, promised=promised)
 
     @rule(fact=facts)
     def others_act_unseen(self, fact: Fact) -> None:
@@ -335,7 +335,7 @@ class RobotAmongOthers(RuleBasedStateMachine):
         assert self.executive.running is not None
         return self.executive.running
 
-    def observe(self, *seen: Fact, cause: Cause | None = None) -> None:
+    def observe(self, *seen: Fact, cause: Cause | None = None, promised: frozenset[Fact] | None = None) -> None:
         """Tell what differs from the robot's beliefs."""
         flips = tuple(
             Flip(fact, fact in self.truth, cause)
@@ -343,7 +343,7 @@ class RobotAmongOthers(RuleBasedStateMachine):
             if (fact in self.truth) is not (fact in self.executive.beliefs)
         )
         if flips:
-            self.tell(Observed(self.time, flips))
+            self.tell(Observed(self.time, flips, promised))
 
     def tell(self, event: Event) -> None:
         """Tell the executive, and one restored from its saved state, and check what they answer."""

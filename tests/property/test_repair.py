@@ -18,8 +18,8 @@ FACTS: tuple[Fact, ...] = tuple((name,) for name in "abcdef")
 
 facts = st.sampled_from(FACTS)
 some_facts = st.frozensets(facts, max_size=2)
-many = settings(max_examples=300, deadline=None, derandomize=True)
-few = settings(max_examples=40, deadline=None, derandomize=True)
+many = settings(max_examples=200, deadline=None, derandomize=True)
+few = settings(max_examples=30, deadline=None, derandomize=True)
 
 
 @dataclass(frozen=True)

@@ -19,19 +19,20 @@ from clo_fleet.bridges.open_rmf.lanes import Network
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, Room, RoomId
 from clo_fleet.world.outlines import outward_headings
 
-__all__ = ["Bay", "bay_at"]
+__all__ = ["FOOTHOLD", "Bay", "Wish", "bay_at"]
 
-SIDES = (1.4, 1.8, 2.2, 2.6, 3.0)  # [m] of the rectangles that are tried
+SIDES = (1.3, 1.6, 2.0, 2.5, 3.0)  # [m] of the rectangles that are tried
 REACH = 2.0  # [m] from the vertex to the middles of these
-STEP = 0.25  # [m] between the middles
+STEP = 0.2  # [m] between the middles
 GROWTH = 0.05  # [m] by which the best one then grows
 GAP = 0.05  # [m] between bays, and between bays and corridors
 FOOTHOLD = 0.4  # [m] a robot's radius and some more
-AWAY_PRICE = 2.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
+OTHERS = 0.75  # [m] round other places, for their bays
+AWAY_PRICE = 4.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
 HARM_PRICE = 4.0  # [m2] of floor that each m2 of harm to the corridors counts for
-LARGEST_HARM = 1.0  # [m2]
-IN_MOUTH = 0.25  # [m2] of wall that a door's mouth may hold: a pantry is as wide as it is
-TRIED = 10  # rectangles for which doors are tried
+LARGEST_HARM = 3.0  # [m2]
+PASSAGE = 0.45  # [m] on both sides of a door's middle that must be free of walls; its jambs may be in them
+TRIED = 12  # rectangles for which doors are tried
 WALLS_NEAR = 3.0  # [m] walls that lend a bay their direction
 LONG_WALL = 1.0  # [m]
 
@@ -60,44 +61,57 @@ class _Frame:
         return rotate(geometry, self.angle, origin=self.origin, use_radians=True)
 
 
-def bay_at(point: Point, direction: float, names: tuple[str, str], network: Network, ground: Ground) -> Bay | None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wish:
+    """A bay as it should be.
+
+    Attributes:
+        room, door: ids.
+        point: where it should be [m].
+        direction: of the lane that comes here [rad].
+        elsewhere: places that want to have bays of their own [m].
+    """
+
+    room: str
+    door: str
+    point: Point
+    direction: float
+    elsewhere: tuple[Point, ...] = ()
+
+
+def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
     """The best bay at or near a point, or ``None`` if there is no place for one.
 
     Good is a large bay at the point, whose door needs little change to the corridors.
 
-    Args:
-        point: where the bay should be [m].
-        direction: of the lane that comes here [rad].
-        names: ids of the room and of its door.
-        network: the corridors as they are.
-        ground: the ground as it is.
+    ``ground`` and ``network`` are as they were before.
     """
     before = ground.harm(network)
-    free = _free(point, network, ground)
+    free = _free(wish, network, ground)
     candidates = []
-    for angle in _angles(point, direction, ground.hub):
-        frame = _Frame(point, angle)
-        candidates += [(score, frame.angle, box) for score, box in _boxes(frame.turned(free), point)]
-    candidates.sort(key=lambda item: (-item[0], item[1], item[2].bounds))
+    for angle in _angles(wish.point, wish.direction, ground.hub):
+        frame = _Frame(wish.point, angle)
+        turned = frame.turned(free)
+        boxes = sorted(_boxes(turned, wish.point), key=lambda item: (-item[0], item[1].bounds))[:TRIED]
+        grown = dict.fromkeys(_grown(box, turned) for _, box in boxes)
+        candidates += [(_score(box, wish.point), _room(frame.back(box), wish.room)) for box in grown]
     best: tuple[float, Bay] | None = None
-    for score, angle, box in candidates[:TRIED]:
+    for score, room in sorted(candidates, key=lambda item: (-item[0], item[1].outline)):
         if best is not None and score <= best[0]:
             break
-        frame = _Frame(point, angle)
-        grown = _grown(box, frame.turned(free))
-        room = _room(frame.back(grown), names[0])
-        for bay, harm in _with_doors(room, names[1], network, ground):
+        for bay, harm in _with_doors(room, wish, network, ground):
             value = score - HARM_PRICE * (harm - before)
             if harm - before < LARGEST_HARM and (best is None or value > best[0]):
                 best = (value, bay)
     return best[1] if best else None
 
 
-def _free(point: Point, network: Network, ground: Ground) -> shapely.Geometry:
-    """The floor round a point that no corridor, room or doorway needs."""
+def _free(wish: Wish, network: Network, ground: Ground) -> shapely.Geometry:
+    """The floor round a place that no corridor, room, doorway or other place needs."""
     lines = [shapely.LineString(network.line(way)).buffer(HALF_BAND + GAP, cap_style="flat") for way in network.ways]
     taken = [block.buffer(GAP, join_style="mitre") for block in ground.blocks()]
-    reach = shapely.Point(point).buffer(REACH + max(SIDES))
+    taken += [shapely.Point(place).buffer(OTHERS) for place in wish.elsewhere]
+    reach = shapely.Point(wish.point).buffer(REACH + max(SIDES))
     return ground.hub.intersection(reach).difference(shapely.union_all([*lines, *taken]))
 
 
@@ -131,8 +145,11 @@ def _boxes(free: shapely.Geometry, point: Point) -> Iterator[tuple[float, shapel
     boxes = shapely.box(*zip(*bounds, strict=True))
     shapely.prepare(free)
     for box in boxes[shapely.covers(free, boxes)]:
-        away = box.buffer(-FOOTHOLD, join_style="mitre").distance(shapely.Point(point))
-        yield box.area - AWAY_PRICE * away, box
+        yield _score(box, point), box
+
+
+def _score(box: shapely.Polygon, point: Point) -> float:
+    return float(box.area - AWAY_PRICE * box.buffer(-FOOTHOLD, join_style="mitre").distance(shapely.Point(point)))
 
 
 def _grown(box: shapely.Polygon, free: shapely.Geometry) -> shapely.Polygon:
@@ -154,24 +171,30 @@ def _room(box: shapely.Polygon, name: str) -> Room:
     return Room(RoomId(PlaceId(name)), outline)
 
 
-def _with_doors(room: Room, name: str, network: Network, ground: Ground) -> Iterator[tuple[Bay, float]]:
+def _with_doors(room: Room, wish: Wish, network: Network, ground: Ground) -> Iterator[tuple[Bay, float]]:
     """The room with a door in each of its sides, as far as the corridors can be led there; with their harm [m2]."""
     floor = shapely.Polygon(room.outline)
-    others = [block for block in ground.blocks()]
+    others = ground.blocks()
     for a, b in zip(room.outline, room.outline[1:] + room.outline[:1], strict=True):
         width = next((width for width in DOOR_WIDTHS if width + 2 * JAMB <= math.dist(a, b)), None)
         if width is None:
             continue
-        room_left = math.dist(a, b) / 2 - width / 2 - JAMB
-        for shift in sorted({-room_left, 0.0, room_left}):
-            share = 0.5 + shift / math.dist(a, b)
+        for share in _shares(a, b, width, wish.point):
             position = rounded((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
             heading = outward_headings(room.outline, position)[0]
-            door = Door(id=DoorId(name), rooms=(room.id,), position=position, heading=heading, width=width)
-            opening = mouth(door, 0.01, DOORWAY)
-            if opening.difference(ground.hub).area > IN_MOUTH or any(opening.intersects(block) for block in others):
+            door = Door(id=DoorId(wish.door), rooms=(room.id,), position=position, heading=heading, width=width)
+            opening, passage = mouth(door, 0.01, DOORWAY), mouth(door, 0.01, DOORWAY, PASSAGE - width / 2)
+            if not ground.hub.covers(passage) or any(opening.intersects(block) for block in others):
                 continue
             wider = ground.with_door(door, floor)
             found = attached(network, wider, door)
             if found is not None:
                 yield Bay(room, door, found[0], wider), found[1]
+
+
+def _shares(a: Point, b: Point, width: float, point: Point) -> list[float]:
+    """Where along a wall a door is tried: in the middle, at both ends, and in front of the bay's place."""
+    side = math.dist(a, b)
+    margin = (width / 2 + JAMB) / side
+    along = ((point[0] - a[0]) * (b[0] - a[0]) + (point[1] - a[1]) * (b[1] - a[1])) / side**2
+    return sorted({margin, 0.5, 1 - margin, min(max(along, margin), 1 - margin)})

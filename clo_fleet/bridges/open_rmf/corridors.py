@@ -13,7 +13,7 @@ import shapely
 from shapely.ops import substring
 
 from clo_fleet.bridges.open_rmf.cells import mouth, rounded
-from clo_fleet.bridges.open_rmf.lanes import SAME, Network, Way, crossings, split
+from clo_fleet.bridges.open_rmf.lanes import SAME, Network, Way, crossings, named, split
 from clo_fleet.bridges.open_rmf.reading import Skipped
 from clo_fleet.world.model import Door, Point
 from clo_fleet.world.outlines import length
@@ -22,16 +22,20 @@ __all__ = ["DOORWAY", "HALF_BAND", "Ground", "attached", "tidied"]
 
 HALF_BAND = 0.65  # [m] from a corridor's middle to the rim of a robot in its lane: 0.35 + 0.3
 DOORWAY = 1.2  # [m] of a door's corridor that are the doorway, where robots have bodies
-STUBS = (1.4, 1.8, 2.2)  # [m] from a door straight to its junction
-SPACIOUS = 2.2  # [m] of way: its junctions take up to 1 m of it, and a robot with its gap needs 1.1 m
+STUBS = (1.4, 1.8, 2.2, 2.6)  # [m] from a door straight to its junction
+THICKER = 0.2  # [m] on each side of walls, which are so thin that going through one would seem a small harm
+LANE = 1.2  # [m] of lane that each way should have between its junctions: a robot and its gap
+LANE_WIDTH = 0.7  # [m]
+JUNCTION = 0.2  # [m] of way that a junction takes in any case
+SHARPEST = 0.2  # [rad] between ways; below, they lie over each other
 SHORTEST = 1.2  # [m] of any way
 AT_JUNCTION = 0.6  # [m] nodes nearer to a door's junction become one with it
 AT_NODE = 0.8  # [m] a spur that would meet a way this near to its end meets it at the end
 SIGHT = 0.3  # [m] free on both sides of a line along which a spur may run
 CROSSING = 5.0  # [m2] of harm that two corridors count for that cross without a junction
-STUB_PRICE = 0.3  # [m2] of harm that each metre counts for that a stub is shorter than spacious
-LENGTH_PRICE = 0.02  # [m2] of harm that each metre of corridor counts for
-LITTLE = 0.15  # [m2] of harm that a spacious way is worth
+CRAMPED_PRICE = 1.0  # [m2] of harm that each metre of lane counts for that is missing
+LENGTH_PRICE = 0.25  # [m2] of harm that each metre of corridor counts for
+SPACIOUS = 3.0  # [m] longer ways are never done away with
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,20 +60,25 @@ class Ground:
         """How bad the network is [m2]."""
         lines = [_beyond_doorways(network, way) for way in network.ways]
         bands = [shapely.LineString(line).buffer(HALF_BAND, cap_style="flat", join_style="mitre") for line in lines]
-        for line, band in zip(lines, bands, strict=True):
-            if line not in self._in_walls:
-                self._in_walls[line] = band.difference(self.hub).area
         blocks = self.blocks()
         band_of, block_of = shapely.STRtree(blocks).query(bands, predicate="intersects") if blocks else ((), ())
         blocked = sum(bands[i].intersection(blocks[j]).area for i, j in zip(band_of, block_of, strict=True))
-        driven = sum(map(length, lines))
-        in_walls = sum(self._in_walls[line] for line in lines)
-        return float(in_walls + blocked + LENGTH_PRICE * driven + CROSSING * len(crossings(network)))
+        walled = sum(map(self._walled, lines))
+        priced = LENGTH_PRICE * sum(map(length, lines)) + CROSSING * len(crossings(network))
+        return float(walled + blocked + priced + CRAMPED_PRICE * _cramped(straightened(network)))
 
     def clear(self, a: Point, b: Point) -> bool:
         """Whether a spur may run straight from one point to the other."""
         strip = shapely.LineString([a, b]).buffer(SIGHT, cap_style="flat")
         return bool(self.hub.covers(strip)) and not any(room.intersects(strip) for room in self.rooms)
+
+    def _walled(self, line: tuple[Point, ...]) -> float:
+        """How far robots on a line would drive into walls, and these taken for thicker than they are [m2]."""
+        if line not in self._in_walls:
+            band = shapely.LineString(line).buffer(HALF_BAND - THICKER, cap_style="flat", join_style="mitre")
+            through = 0.0 if self.hub.covers(shapely.LineString(line)) else CROSSING
+            self._in_walls[line] = through + band.difference(self.hub.buffer(-THICKER, join_style="mitre")).area
+        return self._in_walls[line]
 
 
 def attached(network: Network, ground: Ground, door: Door) -> tuple[Network, float] | None:
@@ -88,7 +97,7 @@ def attached(network: Network, ground: Ground, door: Door) -> tuple[Network, flo
         junction = rounded((x + stub * math.cos(door.heading), y + stub * math.sin(door.heading)))
         candidate = _joined(network, ground, door, junction)
         if candidate is not None:
-            tried.append((ground.harm(candidate) + STUB_PRICE * (SPACIOUS - stub), stub, candidate))
+            tried.append((ground.harm(candidate), stub, candidate))
     if not tried:
         return None
     harm, _, best = min(tried, key=lambda item: item[:2])
@@ -101,10 +110,29 @@ def tidied(network: Network, ground: Ground) -> tuple[Network, tuple[Skipped, ..
     while dead := [way for way in network.ways if any(_dead_end(network, node) for node in way.ends)]:
         skipped += [Skipped("lane", f"{way.start}-{way.end}", "a dead end without a door") for way in dead]
         network = network.changed(network.nodes, (way for way in network.ways if way not in dead))
-    network = _straightened(network, network.stubs())
+    network = straightened(network)
     while (better := _lengthened(network, ground)) is not None:
-        network = _straightened(better, better.stubs())
+        network = straightened(better)
     return network, tuple(skipped)
+
+
+def straightened(network: Network, kept: Set[str] | None = None) -> Network:
+    """Without nodes at which two ways just join, apart from those to be kept: by default the stubs of doors."""
+    kept = network.stubs() if kept is None else kept
+    meeting: dict[str, list[Way]] = {}
+    for way in network.ways:
+        for node in way.ends:
+            meeting.setdefault(node, []).append(way)
+    for node in network.nodes:
+        if node in kept or node in network.doors or len(meeting.get(node, ())) != 2:
+            continue
+        joined = _end_to_end(*meeting[node], node, network.nodes[node])
+        if joined is not None:
+            pair = meeting.pop(node)
+            network = Network(network.nodes, (*(w for w in network.ways if w not in pair), joined), network.doors)
+            for end in joined.ends:
+                meeting[end] = [way for way in meeting[end] if way not in pair] + [joined]
+    return network.changed(network.nodes, network.ways)
 
 
 def _beyond_doorways(network: Network, way: Way) -> tuple[Point, ...]:
@@ -112,24 +140,29 @@ def _beyond_doorways(network: Network, way: Way) -> tuple[Point, ...]:
     line = network.line(way)
     begin = DOORWAY if way.start in network.doors else 0.0
     end = length(line) - (DOORWAY if way.end in network.doors else 0.0)
-    return tuple(substring(shapely.LineString(line), begin, max(end, begin + 0.01)).coords) if way.ends & network.doors else line
+    return (
+        tuple(substring(shapely.LineString(line), begin, max(end, begin + 0.01)).coords)
+        if way.ends & network.doors
+        else line
+    )
 
 
 def _joined(network: Network, ground: Ground, door: Door, junction: Point) -> Network | None:
     """The network with a stub to the door, and what is in front of the door moved to the stub's junction."""
-    name, doorway = f"{door.id}_front", mouth(door, -0.1, DOORWAY, 0.2)
-    stubs = network.stubs()
+    doorway, stubs = mouth(door, -0.1, DOORWAY, 0.2), network.stubs()
     in_front = {node for node, point in network.nodes.items() if doorway.covers(shapely.Point(point))}
     if in_front & (stubs | network.doors):
         return None
     near = {node for node, point in network.nodes.items() if math.dist(point, junction) < AT_JUNCTION}
-    moved = _moved(network, in_front | (near - stubs - network.doors), name, junction)
+    moving = in_front | (near - stubs - network.doors)
+    name = next((node for node in network.nodes if node in moving and named(node)), f"{door.id}_front")
+    moved = _moved(network, moving, name, junction)
     for way in moved.ways:
         line = shapely.LineString(moved.line(way))
         if name not in way.ends and (line.intersects(doorway) or line.distance(shapely.Point(junction)) < SAME):
             if way.ends & moved.doors:
                 return None
-            moved = split(moved, replace(way, via=()), name, junction)
+            moved = split(moved, way, name, junction)
     reached = moved if name in moved.nodes else _with_spur(moved, ground, name, junction)
     if reached is None:
         return None
@@ -176,35 +209,48 @@ def _dead_end(network: Network, node: str) -> bool:
     return node not in network.doors and len(network.at(node)) == 1
 
 
-def _straightened(network: Network, kept: Set[str]) -> Network:
-    """Without nodes at which two ways just join, apart from those to be kept."""
-    for node in network.nodes:
-        ways = network.at(node)
-        if node in kept | network.doors or len(ways) != 2:
-            continue
-        first = ways[0] if ways[0].end == node or ways[0].one_way else ways[0].turned()
-        second = ways[1] if ways[1].start == node or ways[1].one_way else ways[1].turned()
-        if first.start == node:  # a one-way street that begins here
-            first, second = second if second.end == node else second.turned(), first
-        alike = (first.one_way, first.max_speed) == (second.one_way, second.max_speed)
-        if alike and first.end == node == second.start and first.start != second.end:
-            joined = replace(first, end=second.end, via=(*first.via, network.nodes[node], *second.via))
-            network = network.changed(network.nodes, (*(way for way in network.ways if way not in ways), joined))
-    return network
+def _end_to_end(first: Way, second: Way, node: str, point: Point) -> Way | None:
+    """Two ways that meet at a node as one, if they are alike and do not make a circle."""
+    if first.one_way and first.start == node:
+        first, second = second, first
+    if not first.one_way:
+        first = first if first.end == node else first.turned()
+        second = second if second.start == node or second.one_way else second.turned()
+    alike = (first.one_way, first.max_speed) == (second.one_way, second.max_speed)
+    if not alike or first.end != node or second.start != node or first.start == second.end:
+        return None
+    return replace(first, end=second.end, via=(*first.via, point, *second.via))
+
+
+def _cramped(network: Network) -> float:
+    """How many metres of lane are missing: ways that part at an angle a take 0.7 m / tan(a / 2) of each other."""
+    left = {way: length(network.line(way)) for way in network.ways}
+    meeting: dict[str, list[tuple[float, Way]]] = {}
+    for way in network.ways:
+        line = network.line(way)
+        for node, (x, y), (to_x, to_y) in ((way.start, *line[:2]), (way.end, *line[:-3:-1])):
+            meeting.setdefault(node, []).append((math.atan2(to_y - y, to_x - x), way))
+    for arms in meeting.values():
+        arms.sort(key=lambda arm: arm[0])
+        gaps = [(after[0] - arm[0]) % math.tau for arm, after in zip(arms, arms[1:] + arms[:1], strict=True)]
+        for (_, way), gap_after, gap_before in zip(arms, gaps, gaps[-1:] + gaps[:-1], strict=True):
+            gap = max(min(gap_after, gap_before), SHARPEST)
+            left[way] -= JUNCTION + LANE_WIDTH / math.tan(gap / 2) if len(arms) > 1 and gap < math.pi else JUNCTION
+    return sum(max(0.0, LANE - lane) for lane in left.values())
 
 
 def _lengthened(network: Network, ground: Ground) -> Network | None:
     """With one way less that is too short, if there is one that can be spared."""
     before = ground.harm(network)
-    short = [(length(network.line(way)), way.start, way.end, way) for way in network.ways]
-    for extent, _, _, way in sorted(entry[:3] + (entry[3],) for entry in short if entry[0] < SPACIOUS):
-        if way.ends & network.doors:
+    for way in sorted(network.ways, key=lambda way: (length(network.line(way)), way.start, way.end)):
+        extent = length(network.line(way))
+        if way.ends & network.doors or extent >= SPACIOUS:
             continue
         for node in sorted(way.ends & network.stubs()):
             if len(network.at(node)) == 2:
-                return _straightened(network, network.stubs() - {node})
+                return straightened(network, network.stubs() - {node})
         tried = [_moved(network, way.ends - {node}, node, network.nodes[node]) for node in sorted(way.ends)]
         best = min(tried, key=ground.harm)
-        if extent < SHORTEST or ground.harm(best) < before + LITTLE:
+        if extent < SHORTEST or ground.harm(best) < before:
             return best
     return None

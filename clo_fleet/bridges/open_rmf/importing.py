@@ -10,7 +10,7 @@ import networkx as nx
 import shapely
 from shapely.ops import nearest_points
 
-from clo_fleet.bridges.open_rmf.bays import FOOTHOLD, bay_at
+from clo_fleet.bridges.open_rmf.bays import FOOTHOLD, Wish, bay_at
 from clo_fleet.bridges.open_rmf.cells import Names, RoomsAndDoors, cells_of, mouth, rooms_and_doors, rounded
 from clo_fleet.bridges.open_rmf.corridors import DOORWAY, Ground, attached, tidied
 from clo_fleet.bridges.open_rmf.lanes import Network, Way, hub_network, without_leaf
@@ -179,11 +179,16 @@ class _Draft:
             if self._room_at(vertex) or not self.ground.hub.covers(shapely.Point(vertex.point)):
                 continue
             name = self.names.new(vertex.id)
-            names = (name, self.names.new(f"{name}_door"))
-            direction = self.directions.get(vertex.index, 0.0)
-            bay = bay_at(vertex.point, direction, names, self.network, self.ground)
+            wish = Wish(
+                room=name,
+                door=self.names.new(f"{name}_door"),
+                point=vertex.point,
+                direction=self.directions.get(vertex.index, 0.0),
+                elsewhere=tuple(other.point for other in self._stops() if other != vertex),
+            )
+            bay = bay_at(wish, self.network, self.ground)
             if bay is None:
-                self.skipped.append(Skipped("place", vertex.id, "no floor is free for a room of 1.4 m x 1.4 m there"))
+                self.skipped.append(Skipped("place", vertex.id, "no floor is free for a room of 1.3 m x 1.4 m there"))
             else:
                 self.network, self.ground = bay.network, bay.ground
                 self.rooms.append(bay.room)

@@ -1,6 +1,7 @@
 """The lanes over the hub's floor as a network: nodes, and ways between them. A `Network` is a value."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -10,7 +11,7 @@ from clo_fleet.bridges.open_rmf.cells import rounded
 from clo_fleet.bridges.open_rmf.reading import Level, Skipped, Span
 from clo_fleet.world.model import Point
 
-__all__ = ["SAME", "Network", "Way", "crossings", "hub_network", "split", "without_leaf"]
+__all__ = ["SAME", "Network", "Way", "crossings", "hub_network", "named", "split", "without_leaf"]
 
 SAME = 0.25  # [m] vertices nearer to each other are one, and a vertex nearer to a lane is on it
 
@@ -99,6 +100,11 @@ def without_leaf(network: Network, node: str) -> Network:
     if len(ways) != 1 or len(network.ways) == 1:
         return network
     return network.changed(network.nodes, (way for way in network.ways if way != ways[0]))
+
+
+def named(node: str) -> bool:
+    """Whether the drawing has a name for the node."""
+    return re.fullmatch(r"(v|cut|crossing_)[0-9_]*", node) is None
 
 
 def split(network: Network, way: Way, node: str, point: Point) -> Network:

@@ -432,6 +432,30 @@ def test_withdrawn_promise_is_a_reason_to_plan() -> None:
     assert robot.executive.suspended == frozenset()
 
 
+def test_promise_kept_and_taken_back_at_once_is_kept() -> None:
+    """Seen together, they are no reason to plan."""
+    robot = promised_the_second_object()
+    commands = robot.tell(Observed(2, GIVEN[:1], promised=frozenset()))
+    assert dropped(commands) == [action.name for action in FETCH_2]
+    assert len(commands) == 1
+
+
+def test_loss_and_promise_at_once_are_no_loss() -> None:
+    """The other has taken the object, and will give it."""
+    robot = Script()
+    robot.begin(*PLAN)
+    assert robot.tell(Observed(2, GIVEN[1:], promised=facts("(holding o2)"))) == []
+    assert len(robot.executive.suspended) == 3
+
+
+@pytest.mark.parametrize(("promised", "asks"), [(frozenset(), True), (facts("(holding o2)"), False), (None, False)])
+def test_promise_can_be_withdrawn_with_an_observation(promised: frozenset[Fact] | None, asks: bool) -> None:
+    """Without a word about promises, they stand."""
+    robot = promised_the_second_object()
+    commands = robot.tell(Observed(2, (), promised=promised))
+    assert any(isinstance(command, AskPlan) for command in commands) is asks
+
+
 def test_promise_mends_a_plan_that_waits() -> None:
     """It was broken, and no other was found."""
     robot = Script()
