@@ -1,6 +1,7 @@
 """The command ``clo-fleet``. Engines are imported by the subcommand that needs them, never for ``--help``."""
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -28,6 +29,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except CloFleetError as error:
         print(f"clo-fleet: {error}", file=sys.stderr)
         return BAD_INPUT
+    except BrokenPipeError:  # whoever read our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return OTHER_OUTCOME
     except OSError as error:
         print(f"clo-fleet: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         return BAD_INPUT
@@ -161,10 +165,9 @@ def _import_map(options: argparse.Namespace) -> int:
 
     imported, path = import_to_folder(options.building, options.out, level=options.level, force=options.force)
     building = imported.building
-    print(f"{path}: {len(building.rooms)} rooms, {len(building.doors)} doors, {len(building.corridors)} corridors, ")
-    print(
-        f"  {len(building.spawn_points)} spawn points; {imported.cells} cells, 1 pixel = {imported.scale_m_per_px:.5f} m"
-    )
+    print(f"{path}: {len(building.rooms)} rooms, {len(building.doors)} doors, {len(building.corridors)} corridors,")
+    print(f"  {len(building.spawn_points)} spawn points; the building has {imported.cells} cells;")
+    print(f"  a pixel is {imported.scale_m_per_px:.5f} m")
     for skipped in imported.skipped:
         print(f"  left out: {skipped}")
     return REACHED

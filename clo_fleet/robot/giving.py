@@ -6,10 +6,11 @@ stop what it does there, but it does not leave while the handover is under way.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from clo_fleet.clo.messages import Flip
+from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, OfferStatus, Progress, Under
 from clo_fleet.robot.steering import Steering
 from clo_fleet.world.model import ObjectId, PlaceId, RobotId, RoomId
@@ -33,6 +34,7 @@ class Give:
     worked: float = 0.0
     cancelling: bool = False
     steering: Steering = field(default_factory=Steering)
+    aside: StandAside = field(default_factory=StandAside)
 
     def step(self, body: Body) -> Progress:
         """Go on for one tick."""
@@ -41,24 +43,24 @@ class Give:
             self.release(body)
             return Cancelled()
         if body.site.rooms.carrier(self.item) != body.id:
-            return Failed("not in hand", (Flip(("holding", body.id, self.item), False),))
+            return Failed("not in hand", (body.truth.look(("holding", body.id, self.item)),))
         if body.time - self.began > body.settings.partner_wait:
             return Failed(f"{self.taker} did not take it", (Flip(("meets", self.taker, self.room), False),))
         if body.site.place(self.taker) != PlaceId(self.room) or body.site.in_corridor(self.taker):
             self._call_off(body)
-            return Under(standing_for=f"robot {self.taker}")
+            return self._wait(body, f"robot {self.taker}")
         if self.offer < 0:
             if body.time - self.offered_at < ASK_AGAIN:
-                return Under(standing_for=f"robot {self.taker} to accept")
+                return self._wait(body, f"robot {self.taker} to accept")
             self.offer = body.exchange.offer(body.id, self.taker, self.item, PlaceId(self.room))
             self.offered_at = body.time
-            return Under(standing_for=f"the answer of robot {self.taker}")
+            return self._wait(body, f"the answer of robot {self.taker}")
         status = body.exchange.status(self.offer)
         if status is OfferStatus.REFUSED:
             self._call_off(body)
-            return Under(standing_for=f"robot {self.taker} to accept")
+            return self._wait(body, f"robot {self.taker} to accept")
         if status is OfferStatus.OPEN:
-            return Under(standing_for=f"the answer of robot {self.taker}")
+            return self._wait(body, f"the answer of robot {self.taker}")
         return self._pass_on(body)
 
     def cancel(self) -> None:
@@ -81,6 +83,7 @@ class Give:
             "offered_at": self.offered_at if math.isfinite(self.offered_at) else None,
             "worked": self.worked,
             "cancelling": self.cancelling,
+            "aside": self.aside.state(),
         }
 
     @classmethod
@@ -95,6 +98,7 @@ class Give:
             offered_at=-math.inf if state["offered_at"] is None else state["offered_at"],
             worked=state["worked"],
             cancelling=state["cancelling"],
+            aside=StandAside.from_state(state["aside"]),
         )
 
     def _pass_on(self, body: Body) -> Progress:
@@ -106,15 +110,19 @@ class Give:
             velocity = self.steering.velocity(
                 body.site, body.spec, self.room, there, body.time, near=rims + ARM / 2, ignoring=(self.taker,)
             )
-            return Under(velocity)
+            return Under(velocity, direct=self.steering.pushes)
         self.worked += body.site.tick
         if self.worked < body.settings.give * body.factor - 1e-9:
-            return Under()
+            return Under(direct=True)
         body.site.rooms.hand_over(body.id, self.taker, self.item)
         body.truth.handle(self.item, body.cause)
         body.exchange.close(self.offer, kept=True)
         self.offer = -1
         return Done()
+
+    def _wait(self, body: Body, why: str) -> Under:
+        """Stand out of the way meanwhile."""
+        return replace(self.aside.step(body.site, body.spec, body.time), standing_for=why)
 
     def _call_off(self, body: Body) -> None:
         if self.offer >= 0:

@@ -59,7 +59,7 @@ class Handle:
             return Failed("out of reach", self._seen(body))
         self.worked += body.site.tick
         if self.worked < self._duration(body) - 1e-9:
-            return Under()
+            return Under(direct=True)
         if self.work is Work.PREPARE:
             body.truth.prepare(self.item, body.cause)
         else:
@@ -116,22 +116,19 @@ class Handle:
         return None
 
     def _seen(self, body: Body) -> tuple[Flip, ...]:
-        """What the robot, standing there, sees of the object."""
-        facts = body.truth.facts
-        watched = (("at-object", self.item, self.room), ("prepared", self.item))
-        return tuple(Flip(fact, fact in facts, body.truth.cause(fact)) for fact in watched)
+        """What the robot, standing there, sees of the object at this moment."""
+        return tuple(body.truth.look(fact) for fact in (("at-object", self.item, self.room), ("prepared", self.item)))
 
     def _go(self, body: Body, position: Point, distance: float) -> Progress:
-        if distance < self.nearest - 0.02:
+        if distance < self.nearest - 0.02:  # always so at first
             self.nearest, self.nearer_at = distance, body.time
         if body.time - self.nearer_at > GIVE_UP:
             return Failed("cannot get near", (Flip(("at-object", self.item, self.room), False),))
         reach = body.settings.reach - MARGIN + body.spec.radius
-        return Under(
-            self.steering.velocity(
-                body.site, body.spec, self.room, position, body.time, near=reach, ignoring=(self.item,)
-            )
+        velocity = self.steering.velocity(
+            body.site, body.spec, self.room, position, body.time, near=reach, ignoring=(self.item,)
         )
+        return Under(velocity, direct=self.steering.pushes)
 
 
 @dataclass(slots=True)
@@ -151,7 +148,7 @@ class Place:
         if self.cancelling:
             return Cancelled()
         if body.site.rooms.carrier(self.item) != body.id:
-            return Failed("not in hand", (Flip(("holding", body.id, self.item), False),))
+            return Failed("not in hand", (body.truth.look(("holding", body.id, self.item)),))
         self.began = body.time if self.began < 0.0 else self.began
         if self.spot is None:
             self.spot = body.site.rooms.free_spot(
@@ -171,11 +168,11 @@ class Place:
                 velocity = self.steering.velocity(
                     body.site, body.spec, self.room, self.spot, body.time, near=within - MARGIN
                 )
-                return Under(velocity)
+                return Under(velocity, direct=self.steering.pushes)
             self.worked = 0.0
         self.worked += body.site.tick
         if self.worked < body.settings.place * body.factor - 1e-9:
-            return Under()
+            return Under(direct=True)
         spot = body.site.rooms.free_spot(self.spot, body.site.item_radius(self.item), self.room)
         if spot is None or math.dist(here, spot) > within + LOST:
             self.spot, self.worked = None, -1.0

@@ -1,7 +1,7 @@
 """What a robot sees, and which beliefs follow from it.
 
 By sight a robot knows its own place and its own hands; in a room it sees the objects that lie there within
-range, whether they are prepared, and what other robots in the room carry. An object that should lie there and is
+range, whether they are prepared, and what other robots in the room carry, though not in what state. An object that should lie there and is
 not seen is not there. In the corridors it sees nothing but itself. With full perception it knows everything.
 """
 
@@ -47,7 +47,6 @@ def sight(site: Site, truth: Truth, robot: RobotId, perception: Perception, beli
         if other != robot and math.dist(here, site.pose(other).point) <= perception.range:
             for item in site.rooms.carried(other):
                 seen["holding", other, item] = True
-                seen["prepared", item] = truth.prepared(item)
     for fact in sorted(beliefs):
         if fact[0] == "at-object" and fact[2] == place and fact not in seen and _overlooks(site, robot, perception):
             seen[fact] = False

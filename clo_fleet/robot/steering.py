@@ -21,8 +21,9 @@ BRAKES = 0.8  # share of its acceleration on which a robot counts to stop; the r
 TURNING = 0.3  # share of its speed that a robot keeps at least while it turns off
 STANDING = 0.05  # [m/s] a robot slower than this is gone round, a faster one is avoided
 BERTH = 0.16  # [m] more round robots than round objects, so that avoidance lets one follow the path
-PATIENCE = 3.0  # [s] a robot that cannot move for this long begins to push
-PUSHING = 2.0  # [s] for this long at least
+PROGRESS = 0.3  # [m] who has come this far gets on
+PATIENCE = 4.0  # [s] who has not got on for this long begins to push
+PUSHING = 3.0  # [s] for so long
 PUSH = 0.25  # [m/s] so fast
 MOVED = 0.05  # [m] a target that moves by more than this is a new one
 OVERSHOOT = 0.05  # [m] paths end this far inside the distance that counts as near
@@ -70,7 +71,7 @@ class Steering:
     Attributes:
         line: where the robot was when it looked, and the way from there; empty: none.
         blocked_since: since when there has been no path [s]; negative if there is one.
-        stuck_since: since when it has not moved though it wants to [s]; negative if it moves.
+        anchor, anchored_at: where it was when it last got on, and when that was [s].
         pushes: whether it has been stuck for so long that it now drives on without avoiding anybody. Among robots
             that stand close together avoidance finds no way at all; but they yield to one that comes nearer.
     """
@@ -79,7 +80,8 @@ class Steering:
     target: Point = (math.inf, math.inf)
     found_at: float = -math.inf
     blocked_since: float = -1.0
-    stuck_since: float = -1.0
+    anchor: Point = (math.inf, math.inf)
+    anchored_at: float = 0.0
     pushes: bool = False
 
     def velocity(
@@ -108,7 +110,7 @@ class Steering:
         if not self.line:
             return (0.0, 0.0)
         velocity = follow(site, spec, self.line, stop=stop)
-        self._heed(site.speed(spec.id), math.hypot(*velocity), time)
+        self._heed(here, math.hypot(*velocity), time)
         if self.pushes:
             slower = min(1.0, PUSH / math.hypot(*velocity))
             velocity = (slower * velocity[0], slower * velocity[1])
@@ -132,15 +134,11 @@ class Steering:
         self.line = []
         self.blocked_since = time if self.blocked_since < 0.0 else self.blocked_since
 
-    def _heed(self, speed: float, wanted: float, time: float) -> None:
-        """Note whether the robot gets on; begin to push when it has not for a while, and end soon after it does."""
-        if speed < STANDING and wanted > PUSH / 2:
-            self.stuck_since = time if self.stuck_since < 0.0 else self.stuck_since
-            self.pushes = self.pushes or time - self.stuck_since >= PATIENCE
-        elif wanted < PUSH / 2 or (self.pushes and time - self.stuck_since > PATIENCE + PUSHING):
-            self.stuck_since, self.pushes = -1.0, False
-        elif not self.pushes:
-            self.stuck_since = -1.0
+    def _heed(self, here: Point, wanted: float, time: float) -> None:
+        """Note whether the robot gets on; begin to push when it has not for a while, and end a little later."""
+        if wanted < PUSH / 2 or math.dist(here, self.anchor) > PROGRESS or time - self.anchored_at > PATIENCE + PUSHING:
+            self.anchor, self.anchored_at = here, time
+        self.pushes = time - self.anchored_at > PATIENCE
 
 
 def _things(site: Site, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:

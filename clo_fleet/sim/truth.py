@@ -44,6 +44,14 @@ class Truth:
         """The action that last changed the fact, if one did."""
         return self._causes.get(fact)
 
+    def look(self, fact: Fact) -> Flip:
+        """Whether a fact about an object holds at this moment, and whose doing that is.
+
+        ``facts`` is as of the end of the last tick; since then other robots may have acted.
+        """
+        holds = fact in self._facts_of(ObjectId(fact[1] if fact[0] != "holding" else fact[2]))
+        return Flip(fact, holds, self._causes.get(fact) if holds is (fact in self._facts) else self._cause_of(fact, {}))
+
     def prepared(self, item: ObjectId) -> bool:
         """Whether the object is prepared."""
         return item in self._prepared
@@ -87,14 +95,19 @@ class Truth:
         self._facts = self._derive()
 
     def _derive(self) -> frozenset[Fact]:
-        site = self._site
-        facts: set[Fact] = {("at-robot", robot, site.place(robot)) for robot in self._robots}
-        facts |= {("prepared", item) for item in self._prepared}
+        facts: set[Fact] = {("at-robot", robot, self._site.place(robot)) for robot in self._robots}
         for item in self._objects:
-            carrier = site.rooms.carrier(item)
-            place = site.item_place(item)
-            facts.add(("holding", carrier, item) if carrier is not None else ("at-object", item, str(place)))
+            facts |= self._facts_of(item)
         return frozenset(facts)
+
+    def _facts_of(self, item: ObjectId) -> set[Fact]:
+        """All facts about one object that hold at this moment."""
+        carrier = self._site.rooms.carrier(item)
+        facts: set[Fact] = {("prepared", item)} if item in self._prepared else set()
+        facts.add(
+            ("at-object", item, str(self._site.item_place(item))) if carrier is None else ("holding", carrier, item)
+        )
+        return facts
 
     def _follow(self, item: ObjectId) -> None:
         """Forget that an object was prepared if it was shoved away; keep it while it is carried."""

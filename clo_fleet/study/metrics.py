@@ -29,7 +29,7 @@ def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunRe
         outcome=mission.outcome.value if mission.outcome else "running",
         why=mission.why,
         makespan_s=mission.time,
-        robots={spec.id: _robot(mission, log, given, spec.id) for spec in sorted(world.robots, key=lambda s: s.id)},
+        robots={spec.id: _robot(mission, log, spec.id) for spec in sorted(world.robots, key=lambda s: s.id)},
         helps=given,
         contacts=mission.contacts,
         events=len(log),
@@ -59,7 +59,7 @@ def helps(log: Sequence[Recorded]) -> tuple[Help, ...]:
     return tuple(found)
 
 
-def _robot(mission: Mission, log: Sequence[Recorded], given: Sequence[Help], robot: str) -> RobotResult:
+def _robot(mission: Mission, log: Sequence[Recorded], robot: str) -> RobotResult:
     own = mission.robot(robot)
     tally, meters = own.executive.tally, own.meters
     desk = mission.questions.desks[own.id]

@@ -54,8 +54,8 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
             return (
                 f"offered {item} to {to} in {place}" if giver == robot else f"was offered {item} by {giver} in {place}"
             )
-        case events.Crossed(_, _, into):
-            return f"left for {into}"
+        case events.FactChanged(("at-robot", who, place), True) if who == robot:
+            return f"is in {place}"
     return ""
 
 

@@ -16,7 +16,7 @@ def show(content: RenderableType) -> None:
     """Print to standard output; plain text, at most as wide as it needs to be, where that is no terminal."""
     console = Console(highlight=False)
     if not console.is_terminal:
-        console = Console(highlight=False, width=160)
+        console = Console(highlight=False, width=200)
     console.print(content)
 
 
@@ -32,11 +32,11 @@ def summary(result: RunResult) -> RenderableType:
 def comparison(results: Sequence[RunResult]) -> RenderableType:
     """Strategies side by side, all robots together. The real times are this machine's."""
     table = Table(title=f"{results[0].world}, seed {results[0].seed}", title_justify="left")
-    table.add_column("strategy")
-    table.add_column("outcome")
-    for name in ("makespan s", "actions executed", "dropped", "planner calls", "expansions", "repairs"):
+    table.add_column("strategy", no_wrap=True)
+    table.add_column("outcome", no_wrap=True)
+    for name in ("makespan s", "actions executed", "steps dropped", "planner calls", "states expanded", "repairs"):
         table.add_column(name, justify="right")
-    for name in ("opportunities used/seen", "waiting s", "planning ms (real)", "deciding ms (real)"):
+    for name in ("opportunities used of seen", "waiting s", "real ms planning", "real ms deciding"):
         table.add_column(name, justify="right")
     for result in results:
         robots = result.robots.values()
@@ -49,7 +49,7 @@ def comparison(results: Sequence[RunResult]) -> RenderableType:
             str(result.planner_calls),
             str(sum(robot.expansions for robot in robots)),
             str(sum(robot.repairs for robot in robots)),
-            f"{sum(r.opportunities_used for r in robots)}/{sum(r.opportunities_seen for r in robots)}",
+            f"{sum(r.opportunities_used for r in robots)} of {sum(r.opportunities_seen for r in robots)}",
             f"{sum(robot.waiting_s for robot in robots):.1f}",
             f"{1000 * sum(robot.wall_planning_s for robot in robots):.0f}",
             f"{1000 * sum(robot.wall_deciding_s for robot in robots):.1f}",

@@ -16,7 +16,6 @@ __all__ = [
     "ActionEnded",
     "ActionStarted",
     "Body",
-    "Crossed",
     "Disturbed",
     "Event",
     "FactChanged",
@@ -216,15 +215,6 @@ class OfferClosed:
 
 
 @dataclass(frozen=True, slots=True)
-class Crossed:
-    """A robot changed between body in a room and vehicle in the corridors, at a door."""
-
-    robot: str
-    door: str
-    into: str
-
-
-@dataclass(frozen=True, slots=True)
 class Disturbed:
     """A disturbance of the schedule took place."""
 
@@ -270,7 +260,6 @@ Event = (
     | OfferMade
     | OfferAnswered
     | OfferClosed
-    | Crossed
     | Disturbed
     | Poses
     | RunEnded

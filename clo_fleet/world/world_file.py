@@ -9,7 +9,7 @@ until_s: 600
 perception: {mode: sight, range_m: 20}
 radio: {facts: true, range_m: 50, delay_s: 0, loss: 0}
 planning: {fixed_s: 0, per_expansion_s: 0, wall_limit_s: 60, memory_limit_mb: 2048}
-skills: {prepare_s: 4, grasp_s: 2, place_s: 2, give_s: 2, reach_m: 0.6, partner_wait_s: 60, spread: 0.1, speed_spread: 0.1}
+skills: {prepare_s: 4, grasp_s: 2, place_s: 2, give_s: 2, reach_m: 0.6, partner_wait_s: 60, spread: 0.1}
 robots:
   r1: {at: p1, goals: ["(holding r1 o1)"], radius_m: 0.3, max_speed_m_s: 1.0, max_acceleration_m_s2: 1.0}
   r2: {room: l2, at_m: [1, 2], heading_rad: 1.57, goals: ["(holding r2 o2)"]}

@@ -27,10 +27,9 @@ STEP = 0.2  # [m] between the middles
 GROWTH = 0.05  # [m] by which the best one then grows
 GAP = 0.05  # [m] between bays, and between bays and corridors
 FOOTHOLD = 0.4  # [m] a robot's radius and some more
-OTHERS = 0.75  # [m] round other places, for their bays
+OTHERS = 0.75  # [m] round places that it must leave alone
 AWAY_PRICE = 4.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
 HARM_PRICE = 4.0  # [m2] of floor that each m2 of harm to the corridors counts for
-LARGEST_HARM = 3.0  # [m2]
 PASSAGE = 0.45  # [m] on both sides of a door's middle that must be free of walls; its jambs may be in them
 TRIED = 12  # rectangles for which doors are tried
 WALLS_NEAR = 3.0  # [m] walls that lend a bay their direction
@@ -69,13 +68,15 @@ class Wish:
         room, door: ids.
         point: where it should be [m].
         direction: of the lane that comes here [rad].
-        elsewhere: places that want to have bays of their own [m].
+        most_harm: that it may do to the corridors [m2].
+        elsewhere: places that the bay must leave alone [m].
     """
 
     room: str
     door: str
     point: Point
     direction: float
+    most_harm: float
     elsewhere: tuple[Point, ...] = ()
 
 
@@ -93,15 +94,15 @@ def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
         frame = _Frame(wish.point, angle)
         turned = frame.turned(free)
         boxes = sorted(_boxes(turned, wish.point), key=lambda item: (-item[0], item[1].bounds))[:TRIED]
-        grown = dict.fromkeys(_grown(box, turned) for _, box in boxes)
-        candidates += [(_score(box, wish.point), _room(frame.back(box), wish.room)) for box in grown]
+        rooms = {_room(frame.back(grown), wish.room): grown for grown in (_grown(box, turned) for _, box in boxes)}
+        candidates += [(_score(grown, wish.point), room) for room, grown in rooms.items()]
     best: tuple[float, Bay] | None = None
     for score, room in sorted(candidates, key=lambda item: (-item[0], item[1].outline)):
         if best is not None and score <= best[0]:
             break
         for bay, harm in _with_doors(room, wish, network, ground):
             value = score - HARM_PRICE * (harm - before)
-            if harm - before < LARGEST_HARM and (best is None or value > best[0]):
+            if harm - before < wish.most_harm and (best is None or value > best[0]):
                 best = (value, bay)
     return best[1] if best else None
 

@@ -18,24 +18,34 @@ from clo_fleet.bridges.open_rmf.reading import Skipped
 from clo_fleet.world.model import Door, Point
 from clo_fleet.world.outlines import length
 
-__all__ = ["DOORWAY", "HALF_BAND", "Ground", "attached", "tidied"]
+__all__ = ["DOORWAY", "HALF_BAND", "SHORTEST_STUB", "SHORTEST_WAY", "Ground", "attached", "tidied"]
 
 HALF_BAND = 0.65  # [m] from a corridor's middle to the rim of a robot in its lane: 0.35 + 0.3
 DOORWAY = 1.2  # [m] of a door's corridor that are the doorway, where robots have bodies
-STUBS = (1.4, 1.8, 2.2, 2.6)  # [m] from a door straight to its junction
+SHORTEST_STUB = 1.4  # [m] from a door straight to its junction
+STUBS = (SHORTEST_STUB, 1.8, 2.2, 2.6)  # [m] that are tried
 THICKER = 0.2  # [m] on each side of walls, which are so thin that going through one would seem a small harm
 LANE = 1.2  # [m] of lane that each way should have between its junctions: a robot and its gap
 LANE_WIDTH = 0.7  # [m]
 JUNCTION = 0.2  # [m] of way that a junction takes in any case
 SHARPEST = 0.2  # [rad] between ways; below, they lie over each other
-SHORTEST = 1.2  # [m] of any way
+SHORTEST_WAY = 1.2  # [m]
 AT_JUNCTION = 0.6  # [m] nodes nearer to a door's junction become one with it
 AT_NODE = 0.8  # [m] a spur that would meet a way this near to its end meets it at the end
 SIGHT = 0.3  # [m] free on both sides of a line along which a spur may run
 CROSSING = 5.0  # [m2] of harm that two corridors count for that cross without a junction
-CRAMPED_PRICE = 1.0  # [m2] of harm that each metre of lane counts for that is missing
+CRAMPED_PRICE = 2.0  # [m2] of harm that each metre of lane counts for that is missing
 LENGTH_PRICE = 0.25  # [m2] of harm that each metre of corridor counts for
 SPACIOUS = 3.0  # [m] longer ways are never done away with
+
+
+@dataclass(frozen=True, slots=True)
+class _Strip:
+    """A piece of corridor on its own: its middle, what robots on it cover, and how far they drive into walls [m2]."""
+
+    middle: shapely.LineString
+    band: shapely.Polygon
+    walled: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,12 +55,12 @@ class Ground:
     hub: shapely.Polygon
     rooms: tuple[shapely.Polygon, ...] = ()
     doors: Mapping[str, Door] = field(default_factory=dict)
-    _in_walls: dict[tuple[Point, ...], float] = field(default_factory=dict)  # by line [m2]; for speed alone
+    _strips: dict[tuple[Point, ...], _Strip] = field(default_factory=dict)  # what is known by line; for speed alone
 
     def with_door(self, door: Door, room: shapely.Polygon | None = None) -> "Ground":
         """With one more door, perhaps that of a room made in the hub."""
         rooms = self.rooms if room is None else (*self.rooms, room)
-        return Ground(self.hub, rooms, {**self.doors, door.id: door}, self._in_walls)
+        return Ground(self.hub, rooms, {**self.doors, door.id: door}, self._strips)
 
     def blocks(self) -> list[shapely.Polygon]:
         """The rooms made in the hub, and the mouths of all doors."""
@@ -58,27 +68,30 @@ class Ground:
 
     def harm(self, network: Network) -> float:
         """How bad the network is [m2]."""
-        lines = [_beyond_doorways(network, way) for way in network.ways]
-        bands = [shapely.LineString(line).buffer(HALF_BAND, cap_style="flat", join_style="mitre") for line in lines]
+        strips = [self._strip(_beyond_doorways(network, way)) for way in network.ways]
+        crossed = crossings(network, [self._strip(network.line(way)).middle for way in network.ways])
         blocks = self.blocks()
+        bands = [strip.band for strip in strips]
         band_of, block_of = shapely.STRtree(blocks).query(bands, predicate="intersects") if blocks else ((), ())
         blocked = sum(bands[i].intersection(blocks[j]).area for i, j in zip(band_of, block_of, strict=True))
-        walled = sum(map(self._walled, lines))
-        priced = LENGTH_PRICE * sum(map(length, lines)) + CROSSING * len(crossings(network))
-        return float(walled + blocked + priced + CRAMPED_PRICE * _cramped(straightened(network)))
+        driven = sum(strip.middle.length for strip in strips)
+        harm = sum(strip.walled for strip in strips) + blocked + LENGTH_PRICE * driven + CROSSING * len(crossed)
+        return float(harm + CRAMPED_PRICE * _cramped(straightened(network)))
 
     def clear(self, a: Point, b: Point) -> bool:
         """Whether a spur may run straight from one point to the other."""
         strip = shapely.LineString([a, b]).buffer(SIGHT, cap_style="flat")
         return bool(self.hub.covers(strip)) and not any(room.intersects(strip) for room in self.rooms)
 
-    def _walled(self, line: tuple[Point, ...]) -> float:
-        """How far robots on a line would drive into walls, and these taken for thicker than they are [m2]."""
-        if line not in self._in_walls:
-            band = shapely.LineString(line).buffer(HALF_BAND - THICKER, cap_style="flat", join_style="mitre")
-            through = 0.0 if self.hub.covers(shapely.LineString(line)) else CROSSING
-            self._in_walls[line] = through + band.difference(self.hub.buffer(-THICKER, join_style="mitre")).area
-        return self._in_walls[line]
+    def _strip(self, line: tuple[Point, ...]) -> _Strip:
+        if line not in self._strips:
+            middle = shapely.LineString(line)
+            band = middle.buffer(HALF_BAND, cap_style="flat", join_style="mitre")
+            narrower = middle.buffer(HALF_BAND - THICKER, cap_style="flat", join_style="mitre")
+            walled = narrower.difference(self.hub.buffer(-THICKER, join_style="mitre")).area
+            through = 0.0 if self.hub.covers(middle) else CROSSING
+            self._strips[line] = _Strip(middle, band, walled + through)
+        return self._strips[line]
 
 
 def attached(network: Network, ground: Ground, door: Door) -> tuple[Network, float] | None:
@@ -138,13 +151,11 @@ def straightened(network: Network, kept: Set[str] | None = None) -> Network:
 def _beyond_doorways(network: Network, way: Way) -> tuple[Point, ...]:
     """The way's line without the doorways at its ends."""
     line = network.line(way)
+    if not way.ends & network.doors:
+        return line
     begin = DOORWAY if way.start in network.doors else 0.0
     end = length(line) - (DOORWAY if way.end in network.doors else 0.0)
-    return (
-        tuple(substring(shapely.LineString(line), begin, max(end, begin + 0.01)).coords)
-        if way.ends & network.doors
-        else line
-    )
+    return tuple(substring(shapely.LineString(line), begin, max(end, begin + 0.01)).coords)
 
 
 def _joined(network: Network, ground: Ground, door: Door, junction: Point) -> Network | None:
@@ -251,6 +262,6 @@ def _lengthened(network: Network, ground: Ground) -> Network | None:
                 return straightened(network, network.stubs() - {node})
         tried = [_moved(network, way.ends - {node}, node, network.nodes[node]) for node in sorted(way.ends)]
         best = min(tried, key=ground.harm)
-        if extent < SHORTEST or ground.harm(best) < before:
+        if extent < SHORTEST_WAY or ground.harm(best) < before:
             return best
     return None

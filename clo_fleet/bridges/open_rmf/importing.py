@@ -15,6 +15,7 @@ from clo_fleet.bridges.open_rmf.cells import Names, RoomsAndDoors, cells_of, mou
 from clo_fleet.bridges.open_rmf.corridors import DOORWAY, Ground, attached, tidied
 from clo_fleet.bridges.open_rmf.lanes import Network, Way, hub_network, without_leaf
 from clo_fleet.bridges.open_rmf.reading import Level, OpenRmfError, Skipped, Vertex, read_level
+from clo_fleet.bridges.open_rmf.relaxing import relaxed
 from clo_fleet.errors import CloFleetError
 from clo_fleet.sim.network import build_network
 from clo_fleet.world.checks import map_findings
@@ -26,6 +27,7 @@ from clo_fleet.world.yaml_file import FileWriteError
 __all__ = ["Imported", "MapExistsError", "import_building", "import_to_folder"]
 
 MAX_SPEED = 1.5  # [m/s] where a lane has no limit
+HARM_WHERE_NEEDED, HARM_WHERE_NICE = 10.0, 3.0  # [m2] done to the corridors by a room for a place
 ASIDE = 0.15  # [m] besides a door's way: an object there is in nobody's way
 
 
@@ -184,7 +186,8 @@ class _Draft:
                 door=self.names.new(f"{name}_door"),
                 point=vertex.point,
                 direction=self.directions.get(vertex.index, 0.0),
-                elsewhere=tuple(other.point for other in self._stops() if other != vertex),
+                most_harm=HARM_WHERE_NEEDED if vertex.needed else HARM_WHERE_NICE,
+                elsewhere=tuple(other.point for other in self._stops() if other.needed and other != vertex),
             )
             bay = bay_at(wish, self.network, self.ground)
             if bay is None:
@@ -198,6 +201,7 @@ class _Draft:
         """The map."""
         network, dead = tidied(self.network, self.ground)
         self.skipped += dead
+        network = relaxed(network, self.ground)
         called = {node: node if node in network.doors else self.names.new(node) for node in network.nodes}
         corridors = Names()
         return BuildingMap(

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import shapely
@@ -114,9 +114,8 @@ def split(network: Network, way: Way, node: str, point: Point) -> Network:
     return network.changed({**network.nodes, node: point}, ways)
 
 
-def crossings(network: Network) -> list[tuple[Way, Way]]:
-    """The pairs of ways that cross without a common node."""
-    lines = [shapely.LineString(network.line(way)) for way in network.ways]
+def crossings(network: Network, lines: Sequence[shapely.LineString]) -> list[tuple[Way, Way]]:
+    """The pairs of ways that cross without a common node; ``lines`` are those of the ways, one each."""
     pairs = shapely.STRtree(lines).query(lines, predicate="intersects").T if lines else ()
     found = sorted((int(a), int(b)) for a, b in pairs if a < b)
     ways = network.ways
@@ -178,11 +177,11 @@ def _planar(network: Network) -> Network:
             if near and node not in way.ends:
                 network = split(network, way, node, point)
     number = 0
-    while found := crossings(network):
+    while found := crossings(network, [shapely.LineString(network.line(way)) for way in network.ways]):
         number += 1
         a, b = found[0]
-        lines = [shapely.LineString(network.line(way)) for way in (a, b)]
-        point = rounded(lines[0].intersection(lines[1]).centroid.coords[0])
+        one, other = (shapely.LineString(network.line(way)) for way in found[0])
+        point = rounded(one.intersection(other).centroid.coords[0])
         name = _new(f"crossing_{number}", network.nodes)
         network = split(split(network, a, name, point), b, name, point)
     return network

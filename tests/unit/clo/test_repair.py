@@ -173,7 +173,7 @@ def test_plan_without_surprise_stays_as_it_is() -> None:
     )
     state = facts("(at-robot l1)", "(at-object o1 l1)", "(at-object o2 l2)")
     goals = goals_of(facts("(prepared o2)", "(prepared o1)", "(at-robot l2)"))
-    assert repaired(repair(START, PLAN, GOALS)).plan == PLAN
+    assert repaired(repair(START, PLAN, iter(GOALS))).plan == PLAN
     for done in range(2):
         state = apply(state, plan[done].action)
         assert repaired(repair(state, plan[done + 1 :], goals)).plan == plan[done + 1 :]

@@ -27,7 +27,19 @@ def test_facts_are_read_as_pddl_reads_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "holding r1 o2", "(holding r1 o2", "()", "(not (shut d1))", "(a) (b)", '(a "b")', "(a; b)", "(a, b)"]
+    "text",
+    [
+        "",
+        "holding r1 o2",
+        "(holding r1 o2",
+        "holding r1 o2)",
+        "()",
+        "(not (shut d1))",
+        "(a) (b)",
+        '(a "b")',
+        "(a; b)",
+        "(a, b)",
+    ],
 )
 def test_other_texts_are_refused(text: str) -> None:
     """The error says what was given and what was expected."""

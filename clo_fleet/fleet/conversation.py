@@ -1,0 +1,320 @@
+"""The conversation: what robots learn, hear and announce, and what their executives answer.
+
+Theory of operation
+-------------------
+Every robot has an inbox of events for its executive, filled in the course of a tick: how its action ended, what it
+sees, what it hears, what is offered to it. ``serve`` empties the inboxes and carries out what the executives answer,
+goes round as long as somebody has something new to say, and lets the planner answer in between. What an executive
+means to do it announces at once, so that those who are told of its deeds know its intentions as well.
+"""
+
+import time as clock
+from typing import Any
+
+from clo_fleet.clo.executive import Mode
+from clo_fleet.clo.messages import (
+    AcceptOffer,
+    ActionCancelled,
+    ActionFailed,
+    ActionFinished,
+    AskPlan,
+    Begin,
+    CancelAction,
+    Command,
+    Event,
+    Finished,
+    Flip,
+    GoalsMet,
+    Observed,
+    Offered,
+    OfferEnded,
+    PlanAdopted,
+    PlanArrived,
+    PlanMissing,
+    Promised,
+    RefuseOffer,
+    RepairRefused,
+    StartAction,
+    StepsDropped,
+    Waits,
+)
+from clo_fleet.clo.task import Condition, Fact
+from clo_fleet.fleet.announcements import Announcement, meeting_places, promises
+from clo_fleet.fleet.offers import Offers
+from clo_fleet.fleet.questions import Questions, Reply
+from clo_fleet.fleet.radio import Listener, RadioChannel
+from clo_fleet.robot.robot import Robot
+from clo_fleet.robot.senses import consequences, news, sight
+from clo_fleet.sim.site import Site
+from clo_fleet.sim.truth import Truth
+from clo_fleet.world import events
+from clo_fleet.world.events import Recorder
+from clo_fleet.world.model import PlaceId, RobotId, World
+
+__all__ = ["Conversation"]
+
+
+class Conversation:
+    """Between the robots of one world, their executives, their planner and one another."""
+
+    def __init__(
+        self, world: World, site: Site, truth: Truth, robots: dict[RobotId, Robot], recorder: Recorder
+    ) -> None:
+        self.offers = Offers(recorder)
+        self.questions = Questions(world)
+        self.wall_deciding: dict[RobotId, float] = dict.fromkeys(robots, 0.0)
+        self._world = world
+        self._site = site
+        self._truth = truth
+        self._robots = robots
+        self._recorder = recorder
+        self._radio = RadioChannel(world.radio, seed=world.seed)
+        self._announced: dict[RobotId, Announcement] = {}
+        self._inbox: dict[RobotId, list[Event]] = {robot: [] for robot in robots}
+
+    def begin(self) -> None:
+        """The first plans: first of robots that work for themselves, then of those that are to meet others.
+
+        A robot that is to hand something to another has to know where the other will come by.
+        """
+        givers = [robot for robot in self._robots.values() if _gifts(robot)]
+        for wave in ([robot for robot in self._robots.values() if robot not in givers], givers):
+            for robot in wave:
+                self._tell(robot, Begin(self.time))
+            self.serve()
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self.offers.time
+
+    @time.setter
+    def time(self, time: float) -> None:
+        self.offers.time = time
+
+    def put(self, robot: RobotId, event: Event) -> None:
+        """Something for the robot's executive, to be told when the tick is over."""
+        self._inbox[robot].append(event)
+
+    def perceive(self) -> None:
+        """Every robot looks at the same snapshot; what is new to it, it also tells."""
+        listeners = [Listener(robot.id, self._site.pose(robot.id).point) for robot in self._robots.values()]
+        for robot, listener in zip(self._robots.values(), listeners, strict=True):
+            executive = robot.executive
+            seen = sight(self._site, self._truth, robot.id, self._world.perception, executive.beliefs)
+            seen = consequences(seen, executive.beliefs)
+            flips = news(seen, executive.beliefs, executive.watch, robot.id, self._truth)
+            self._learn(robot, flips, "sight")
+            own = self._effects(robot)
+            self._radio.tell(self.time, listener, (*flips, *own), listeners)
+        for robot_id, flips_heard in self._radio.due(self.time).items():
+            self._hear(self._robots[robot_id], flips_heard)
+
+    def pass_offers_on(self) -> None:
+        """Ask the executives about new offers, and tell them which have ended."""
+        for robot in self._robots.values():
+            inbox = self._inbox[robot.id]
+            inbox += [OfferEnded(self.time, offer) for offer in self.offers.ended(robot.id)]
+            for offer in self.offers.untold(robot.id):
+                place = ("at-robot", robot.id, str(offer.place))
+                gift = (
+                    Flip(("holding", robot.id, offer.item), True),
+                    Flip(("holding", offer.giver, offer.item), False),
+                )
+                inbox.append(Offered(self.time, offer.id, offer.giver, gift, (Condition(place),)))
+
+    def serve(self) -> None:
+        """Tell the executives what happened, and let the planner answer, until nobody has a question left.
+
+        Robots whose action has ended come first: what they then announce is known to those who are told of its
+        effects, so that nobody takes an object in good hands for one that is gone.
+        """
+        while True:
+            ended = [robot for robot in self._robots.values() if any(map(_is_ending, self._inbox[robot.id]))]
+            for robot in (*ended, *(robot for robot in self._robots.values() if robot not in ended)):
+                inbox, self._inbox[robot.id] = self._inbox[robot.id], []
+                for event in _in_order(self.time, inbox):
+                    self._tell(robot, event)
+                self._announce(robot)
+            replies = self.questions.due(self.time)
+            for reply in replies:
+                self._deliver(reply)
+            if not replies and not any(self._inbox.values()):
+                return
+
+    def state(self) -> dict[str, Any]:
+        """Plain data; announcements are made anew from the executives."""
+        return {"offers": self.offers.state(), "radio": self._radio.state()}
+
+    # ---- learning ------------------------------------------------------------------------------------------
+
+    def _hear(self, robot: Robot, flips: list[Flip]) -> None:
+        """Believe what was heard of things that the robot watches and does not see for itself."""
+        beliefs, watch = robot.executive.beliefs, robot.executive.watch
+        told = consequences({flip.fact: flip.value for flip in flips}, beliefs)
+        causes = {flip.fact: flip.cause for flip in flips}
+        fresh = tuple(
+            Flip(fact, value, causes.get(fact) or self._truth.cause(fact))
+            for fact, value in sorted(told.items())
+            if (fact in beliefs) is not value and fact in watch and fact[0] != "at-robot"
+        )
+        self._learn(robot, fresh, "radio")
+
+    def _learn(self, robot: Robot, flips: tuple[Flip, ...], source: str) -> None:
+        waiting = {flip.fact for event in self._inbox[robot.id] if isinstance(event, Observed) for flip in event.flips}
+        flips = tuple(flip for flip in flips if flip.fact not in waiting)
+        if not flips:
+            return
+        opportunities = robot.executive.links.opportunities
+        for flip in flips:
+            by, cause = (flip.cause.robot, flip.cause.event) if flip.cause else (None, None)
+            helpful = Condition(flip.fact, flip.value) in opportunities and by != robot.id
+            self._record(events.Sensed(robot.id, flip.fact, flip.value, source, helpful, by, cause))
+        self._inbox[robot.id].append(Observed(self.time, flips))
+
+    def _effects(self, robot: Robot) -> tuple[Flip, ...]:
+        """What the robot's action that ended in this tick has truly changed, to be told to others."""
+        finished = [event for event in self._inbox[robot.id] if isinstance(event, ActionFinished)]
+        if not finished or robot.cause is None:
+            return ()
+        step = robot.executive.running
+        assert step is not None
+        facts = dict.fromkeys(step.action.adds, True) | dict.fromkeys(step.action.deletes, False)
+        return tuple(
+            Flip(fact, value, robot.cause)
+            for fact, value in sorted(facts.items())
+            if fact[0] != "at-robot" and (fact in self._truth.facts) is value
+        )
+
+    # ---- announcing ----------------------------------------------------------------------------------------
+
+    def _announce(self, robot: Robot) -> None:
+        """Tell the others what the robot means to do, if that has changed, and what follows for them."""
+        executive, running = robot.executive, robot.executive.running
+        if executive.mode in (Mode.NEW, Mode.PLANNING) and robot.id not in self._announced:
+            return
+        announcement = Announcement(
+            robot=robot.id,
+            place=self._site.place(robot.id),
+            plan=tuple(step for step in executive.plan if step.id not in executive.suspended),
+            moving=running is not None and running.action.schema == "move",
+            goals=executive.goals,
+            beliefs=executive.beliefs,
+            in_hand=self._site.rooms.carried(robot.id),
+        )
+        before = self._announced.get(robot.id)
+        if before is not None and _same(before, announcement):
+            return
+        self._announced[robot.id] = announcement
+        if before is None or before.plan != announcement.plan:
+            self._record(events.PlanAnnounced(robot.id, tuple(step.action.name for step in announcement.plan)))
+        for other in self._robots.values():
+            if other is not robot and other.executive.mode is not Mode.NEW:
+                self._take_note(other, announcement)
+
+    def _take_note(self, robot: Robot, announcement: Announcement) -> None:
+        """What an announcement of another robot means to this one."""
+        known = [other for other in self._announced.values() if other.robot != robot.id]
+        self._inbox[robot.id].append(Promised(self.time, promises(known)))
+        in_hand = (("holding", announcement.robot, item) for item in announcement.in_hand)
+        self._hear(robot, [Flip(fact, True) for fact in in_hand if fact not in robot.executive.beliefs])
+        needed = {need.fact for step in robot.executive.plan for need in step.action.needs}
+        self._learn(robot, tuple(flip for flip in self._meets(robot) if flip.fact in needed), "radio")
+
+    def _meets(self, robot: Robot) -> tuple[Flip, ...]:
+        """How the places to meet others, as announced, differ from what a giver believes."""
+        now: set[Fact] = {
+            ("meets", other, meeting.place)
+            for other, gifts in _gifts(robot).items()
+            if other in self._announced
+            for meeting in meeting_places(self._announced[other], gifts)
+            if self._site.is_room(PlaceId(meeting.place))
+            and meeting.until >= self.questions.earliest(robot.id, robot.executive.beliefs, gifts, meeting.place)
+        }
+        believed = {fact for fact in robot.executive.beliefs if fact[0] == "meets"}
+        here = str(self._site.place(robot.id))
+        now |= {fact for fact in believed if fact[2] == here and self._site.place(RobotId(fact[1])) == here}
+        return tuple(Flip(fact, fact in now) for fact in sorted(now ^ believed))
+
+    # ---- telling and obeying -------------------------------------------------------------------------------
+
+    def _deliver(self, reply: Reply) -> None:
+        robot = self._robots[reply.robot]
+        if reply.actions is not None:
+            self._tell(robot, PlanArrived(self.time, reply.actions), reply)
+            return
+        self._record(events.PlanFailed(robot.id, reply.failure.value, reply.detail))
+        self._tell(robot, PlanMissing(self.time, reply.failure, reply.proven))
+
+    def _tell(self, robot: Robot, event: Event, reply: Reply | None = None) -> None:
+        """Give the executive an event and carry out its commands."""
+        begin = clock.perf_counter()
+        commands = robot.executive.handle(event)
+        self.wall_deciding[robot.id] += clock.perf_counter() - begin
+        for command in commands:
+            self._obey(robot, command, event, reply)
+
+    def _obey(self, robot: Robot, command: Command, event: Event, reply: Reply | None) -> None:
+        record, name = self._record, robot.id
+        match command:
+            case StartAction(step):
+                started = record(events.ActionStarted(name, step.id, step.action.name))
+                robot.begin(step, started, self._world.skills)
+            case CancelAction():
+                robot.cancel()
+            case AskPlan(why):
+                record(events.PlanRequested(name, why))
+                if flips := self._meets(robot):
+                    robot.executive.handle(Observed(self.time, flips))
+                self.questions.ask(robot.id, robot.executive.planning_state, robot.spec.goals, self.time)
+            case AcceptOffer(offer):
+                self.offers.answer(offer, accepted=True)
+            case RefuseOffer(offer, why):
+                self.offers.answer(offer, accepted=False, why=why)
+            case PlanAdopted(plan, superseded, _):
+                assert reply is not None
+                steps = tuple((step.id, step.action.name) for step in plan)
+                gone = tuple(step.action.name for step in superseded)
+                record(events.PlanFollowed(name, steps, gone, reply.expansions, sum(s.action.cost for s in plan)))
+            case StepsDropped(plan, reason, fact, cause):
+                steps = tuple((step.id, step.action.name) for step in plan)
+                by, because = (cause.robot, cause.event) if cause else (None, None)
+                record(events.StepsLeftOut(name, steps, reason, fact, by, because))
+            case RepairRefused(why):
+                record(events.RepairFailed(name, why))
+            case Waits(why):
+                record(events.Waiting(name, why))
+            case GoalsMet():
+                record(events.GoalsReached(name))
+            case Finished(outcome, why):
+                record(events.GaveUp(name, outcome, why))
+
+    def _record(self, event: events.Event) -> int:
+        return self._recorder.record(self.time, event)
+
+
+def _is_ending(event: Event) -> bool:
+    return isinstance(event, ActionFinished | ActionFailed | ActionCancelled)
+
+
+def _in_order(time: float, inbox: list[Event]) -> list[Event]:
+    """What was seen, heard and promised as one event, and before the rest: nobody acts on what it knows better."""
+    flips = tuple(flip for event in inbox if isinstance(event, Observed) for flip in event.flips)
+    promised = [event.facts for event in inbox if isinstance(event, Promised)]
+    rest = [event for event in inbox if not isinstance(event, Observed | Promised)]
+    news = [Observed(time, flips, promised[-1] if promised else None)] if flips or promised else []
+    return [*news, *rest]
+
+
+def _gifts(robot: Robot) -> dict[RobotId, list[Any]]:
+    """What the robot is to bring into the hands of others, by the other."""
+    gifts: dict[RobotId, list[Any]] = {}
+    for goal in robot.spec.goals:
+        if goal[0] == "holding" and goal[1] != robot.id:
+            gifts.setdefault(RobotId(goal[1]), []).append(goal[2])
+    return gifts
+
+
+def _same(a: Announcement, b: Announcement) -> bool:
+    """Whether nothing that others care about differs (beliefs may)."""
+    return (a.place, a.plan, a.moving, a.in_hand) == (b.place, b.plan, b.moving, b.in_hand)

@@ -1,0 +1,70 @@
+"""When a run ends, and how: on the truth, all goals at once."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from clo_fleet.clo.executive import Executive, Mode
+from clo_fleet.clo.task import Fact
+from clo_fleet.fleet.outcome import Outcome
+
+__all__ = ["Judge", "Verdict"]
+
+PATIENCE = 30.0  # [s] for which nobody has had anything to do before the run ends
+GRIDLOCK_AFTER = 180.0  # [s] for which no action has ended and nobody has moved before the run ends
+
+Verdict = tuple[Outcome, str]
+GIVEN_UP = {outcome.value: outcome for outcome in Outcome}
+
+
+@dataclass(slots=True)
+class Judge:
+    """Looks on, tick by tick. ``lively_at``: when something last happened; ``idle_since``: when nobody had work."""
+
+    goals: frozenset[Fact]
+    lively_at: float = 0.0
+    idle_since: float | None = None
+
+    def verdict(
+        self,
+        time: float,
+        until: float,
+        facts: frozenset[Fact],
+        executives: Mapping[str, Executive],
+        standing: Mapping[str, str],
+    ) -> Verdict | None:
+        """How the run has ended, and why in words; ``None`` while it goes on.
+
+        Args:
+            time: now [s].
+            until: the longest that the run may last [s].
+            facts: the truth.
+            executives: by robot.
+            standing: what each robot stands for, empty if it does not.
+        """
+        modes = {executive.mode for executive in executives.values()}
+        if modes == {Mode.SATISFIED} and self.goals <= facts:
+            return Outcome.GOALS_REACHED, "all goals hold"
+        if time >= until - 1e-9:
+            return Outcome.OUT_OF_TIME, f"{until:g} s are over"
+        working = modes & {Mode.ACTING, Mode.ACTING_AND_PLANNING, Mode.PLANNING}
+        if working:
+            self.idle_since = None
+            if time - self.lively_at > GRIDLOCK_AFTER:
+                waits = [f"{robot} waits for {why}" for robot, why in sorted(standing.items()) if why]
+                return Outcome.GRIDLOCK, ", ".join(waits) or "nobody gets on"
+        elif self.idle_since is None:
+            self.idle_since = time
+        elif time - self.idle_since > PATIENCE:
+            return _standstill(executives)
+        return None
+
+
+def _standstill(executives: Mapping[str, Executive]) -> Verdict:
+    """Why nobody has anything left to do, though not all goals hold."""
+    for robot, executive in executives.items():
+        if executive.outcome:
+            return GIVEN_UP.get(executive.outcome, Outcome.PLANNER_FAILED), f"{robot}: {executive.outcome}"
+    waiting = [robot for robot, executive in executives.items() if executive.mode is not Mode.SATISFIED]
+    if waiting:
+        return Outcome.NO_PLAN, f"no plan exists for {', '.join(waiting)}, as things are believed"
+    return Outcome.MISTAKEN, "every robot believes that its goals hold, but not all do"
