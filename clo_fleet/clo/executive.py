@@ -437,12 +437,12 @@ class Executive:
         if data.unsolvable is not None and data.unsolvable == self.planning_state:
             return self._wait("no plan exists as things are believed")
         running = self.running
-        if running is not None and (lacks := unmet(_under_way(running).action, data.beliefs)):
-            return self._stop(f"it lacks {', '.join(map(str, lacks))}")  # asked again when it has ended
+        lacks = unmet(_under_way(running).action, data.beliefs) if running is not None else ()
+        stop = self._stop(f"it lacks {', '.join(map(str, lacks))}") if lacks else []
         data.question, data.unsolvable, data.waiting = self.planning_state, None, ""
         data.suspended = set()
         data.tally = data.tally.plus(planner_calls=1)
-        return [AskPlan(why)]
+        return [*stop, AskPlan(why)]
 
     def _wait(self, why: str) -> list[Command]:
         if self._data.waiting == why:

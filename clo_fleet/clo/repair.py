@@ -195,22 +195,21 @@ def _replacements(
     found: dict[int, frozenset[Condition]] = {}
     for step in reversed(plan):
         if step.id in dropped:
-            links = by_producer.get(step.id, ())
-            found[step.id] = frozenset().union(
-                *(
-                    {link.condition}
-                    if link.condition in news
-                    else ()
-                    if link.consumer is End.GOAL
-                    else found.get(link.consumer, ())
-                    for link in links
-                )
-            )
+            found[step.id] = frozenset().union(*(_replaced(link, found, news) for link in by_producer.get(step.id, ())))
     everything = frozenset().union(*found.values()) or news
     return {
         step: tuple(sorted(condition.fact for condition in why or (everything if dropped[step] in _INDIRECT else ())))
         for step, why in found.items()
     }
+
+
+def _replaced(
+    link: Link, found: Mapping[int, frozenset[Condition]], news: frozenset[Condition]
+) -> frozenset[Condition]:
+    """The news that made a link needless: what made its consumer needless, or else its own condition come true."""
+    if not isinstance(link.consumer, End) and link.consumer in found:
+        return found[link.consumer]
+    return news & {link.condition}
 
 
 _INDIRECT = (DropReason.LOOP, DropReason.IMPOSSIBLE)  # no link of such a step says what made it needless

@@ -24,7 +24,6 @@ from clo_fleet.clo.messages import (
     Event,
     Finished,
     Flip,
-    GoalsMet,
     Observed,
     Offered,
     OfferEnded,
@@ -38,6 +37,7 @@ from clo_fleet.clo.messages import (
     StepsDropped,
     Waits,
 )
+from clo_fleet.clo.plan import Plan, cost
 from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.fleet.announcements import Announcement, meeting_places, promises
 from clo_fleet.fleet.offers import Offers
@@ -252,18 +252,17 @@ class Conversation:
         commands = robot.executive.handle(event)
         self.wall_deciding[robot.id] += clock.perf_counter() - begin
         for command in commands:
-            self._obey(robot, command, event, reply)
+            self._obey(robot, command, reply)
 
-    def _obey(self, robot: Robot, command: Command, event: Event, reply: Reply | None) -> None:
-        record, name = self._record, robot.id
+    def _obey(self, robot: Robot, command: Command, reply: Reply | None) -> None:
         match command:
             case StartAction(step):
-                started = record(events.ActionStarted(name, step.id, step.action.name))
+                started = self._record(events.ActionStarted(robot.id, step.id, step.action.name))
                 robot.begin(step, started, self._world.skills)
             case CancelAction():
                 robot.cancel()
             case AskPlan(why):
-                record(events.PlanRequested(name, why))
+                self._record(events.PlanRequested(robot.id, why))
                 if flips := self._meets(robot):
                     robot.executive.handle(Observed(self.time, flips))
                 self.questions.ask(robot.id, robot.executive.planning_state, robot.spec.goals, self.time)
@@ -271,26 +270,35 @@ class Conversation:
                 self.offers.answer(offer, accepted=True)
             case RefuseOffer(offer, why):
                 self.offers.answer(offer, accepted=False, why=why)
-            case PlanAdopted(plan, superseded, _):
-                assert reply is not None
-                steps = tuple((step.id, step.action.name) for step in plan)
-                gone = tuple(step.action.name for step in superseded)
-                record(events.PlanFollowed(name, steps, gone, reply.expansions, sum(s.action.cost for s in plan)))
-            case StepsDropped(plan, reason, fact, cause):
-                steps = tuple((step.id, step.action.name) for step in plan)
-                by, because = (cause.robot, cause.event) if cause else (None, None)
-                record(events.StepsLeftOut(name, steps, reason, fact, by, because))
-            case RepairRefused(why):
-                record(events.RepairFailed(name, why))
-            case Waits(why):
-                record(events.Waiting(name, why))
-            case GoalsMet():
-                record(events.GoalsReached(name))
-            case Finished(outcome, why):
-                record(events.GaveUp(name, outcome, why))
+            case _:
+                self._record(_decision(robot.id, command, reply))
 
     def _record(self, event: events.Event) -> int:
         return self._recorder.record(self.time, event)
+
+
+def _decision(robot: RobotId, decision: Command, reply: Reply | None) -> events.Event:
+    """The event that says what an executive has decided. ``reply``: the planner's, if it decided about that."""
+    match decision:
+        case PlanAdopted(plan, superseded, _):
+            expansions = reply.expansions if reply is not None else 0
+            gone = tuple(step.action.name for step in superseded)
+            return events.PlanFollowed(robot, _named(plan), gone, expansions, cost(plan))
+        case StepsDropped(plan, reason, fact, cause):
+            by, because = (cause.robot, cause.event) if cause else (None, None)
+            return events.StepsLeftOut(robot, _named(plan), reason, fact, by, because)
+        case RepairRefused(why):
+            return events.RepairFailed(robot, why)
+        case Waits(why):
+            return events.Waiting(robot, why)
+        case Finished(outcome, why):
+            return events.GaveUp(robot, outcome, why)
+        case _:
+            return events.GoalsReached(robot)
+
+
+def _named(plan: Plan) -> tuple[tuple[int, str], ...]:
+    return tuple((step.id, step.action.name) for step in plan)
 
 
 def _is_ending(event: Event) -> bool:

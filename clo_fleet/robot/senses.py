@@ -1,8 +1,9 @@
 """What a robot sees, and which beliefs follow from it.
 
 By sight a robot knows its own place and its own hands; in a room it sees the objects that lie there within
-range, whether they are prepared, and what other robots in the room carry, though not in what state. An object that should lie there and is
-not seen is not there. In the corridors it sees nothing but itself. With full perception it knows everything.
+range, whether they are prepared, and what other robots in the room carry, though not in what state. An object that
+should lie there and is not seen is not there. In the corridors it sees nothing but itself. With full perception it
+knows everything.
 """
 
 import math
@@ -25,31 +26,41 @@ def sight(site: Site, truth: Truth, robot: RobotId, perception: Perception, beli
         known = {fact for fact in truth.facts if _concerns(fact, robot, site)}
         gone = {fact for fact in beliefs if fact[0] in _SENSED and _concerns(fact, robot, site)} - known
         return dict.fromkeys(sorted(known), True) | dict.fromkeys(sorted(gone), False)
-    seen: Seen = {}
+    seen = _of_itself(site, truth, robot, beliefs)
     place = site.place(robot)
-    for fact in sorted(beliefs):
-        if fact[:2] == ("at-robot", robot) or fact[:2] == ("holding", robot):
-            seen[fact] = fact in truth.facts
+    if site.is_room(place) and not site.in_corridor(robot):
+        seen |= _of_its_room(site, truth, robot, RoomId(place), perception.range)
+        missed = {fact for fact in beliefs if fact[0] == "at-object" and fact[2] == place} - seen.keys()
+        if missed and _overlooks(site, robot, perception.range):
+            seen |= dict.fromkeys(sorted(missed), False)
+    return seen
+
+
+def _of_itself(site: Site, truth: Truth, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
+    """Where the robot is, and what it has in hand."""
+    own = sorted(fact for fact in beliefs if _own(fact, robot))
+    seen = {fact: fact in truth.facts for fact in own}
+    place = site.place(robot)
     if site.is_room(place):
         seen["at-robot", robot, str(place)] = True
     for item in site.rooms.carried(robot):
         seen["holding", robot, item] = True
         seen["prepared", item] = truth.prepared(item)
-    if not site.is_room(place) or site.in_corridor(robot):
-        return seen
+    return seen
+
+
+def _of_its_room(site: Site, truth: Truth, robot: RobotId, room: RoomId, reach: float) -> Seen:
+    """What lies in the room within reach of sight [m], and what other robots there have in hand."""
+    seen: Seen = {}
     here = site.pose(robot).point
-    for item in site.items_in(RoomId(place)):
+    for item in site.items_in(room):
         position = site.item_position(item)
-        if position is not None and math.dist(here, position) <= perception.range:
-            seen["at-object", item, str(place)] = True
+        if position is not None and math.dist(here, position) <= reach:
+            seen["at-object", item, str(room)] = True
             seen["prepared", item] = truth.prepared(item)
-    for other in site.bodies_in(RoomId(place)):
-        if other != robot and math.dist(here, site.pose(other).point) <= perception.range:
-            for item in site.rooms.carried(other):
-                seen["holding", other, item] = True
-    for fact in sorted(beliefs):
-        if fact[0] == "at-object" and fact[2] == place and fact not in seen and _overlooks(site, robot, perception):
-            seen[fact] = False
+    for other in site.bodies_in(room):
+        if other != robot and math.dist(here, site.pose(other).point) <= reach:
+            seen |= dict.fromkeys((("holding", other, item) for item in site.rooms.carried(other)), True)
     return seen
 
 
@@ -89,8 +100,8 @@ def _item(fact: Fact) -> str:
     return fact[1] if fact[0] == "at-object" else fact[2]
 
 
-def _overlooks(site: Site, robot: RobotId, perception: Perception) -> bool:
+def _overlooks(site: Site, robot: RobotId, reach: float) -> bool:
     """Whether the robot's sight reaches all of its room."""
     here = site.pose(robot).point
     room = site.room(RoomId(site.place(robot)))
-    return all(math.dist(here, corner) <= perception.range for corner in room.outline)
+    return all(math.dist(here, corner) <= reach for corner in room.outline)

@@ -24,14 +24,16 @@ __all__ = ["FOOTHOLD", "Bay", "Wish", "bay_at"]
 SIDES = (1.3, 1.6, 2.0, 2.5, 3.0)  # [m] of the rectangles that are tried
 REACH = 2.0  # [m] from the vertex to the middles of these
 STEP = 0.2  # [m] between the middles
-GROWTH = 0.05  # [m] by which the best one then grows
+GROWTH = 0.05  # [m] by which good ones then grow
 GAP = 0.05  # [m] between bays, and between bays and corridors
 FOOTHOLD = 0.4  # [m] a robot's radius and some more
 OTHERS = 0.75  # [m] round places that it must leave alone
 AWAY_PRICE = 4.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
+YARD = 3.0  # [m] between a bay and the lanes, for its door's stub and for the next bay
+YARD_PRICE = 0.5  # [m2] of floor that each metre of it counts for
 HARM_PRICE = 4.0  # [m2] of floor that each m2 of harm to the corridors counts for
 PASSAGE = 0.45  # [m] on both sides of a door's middle that must be free of walls; its jambs may be in them
-TRIED = 12  # rectangles for which doors are tried
+TRIED = 10  # rectangles for which doors are tried
 WALLS_NEAR = 3.0  # [m] walls that lend a bay their direction
 LONG_WALL = 1.0  # [m]
 
@@ -89,13 +91,15 @@ def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
     """
     before = ground.harm(network)
     free = _free(wish, network, ground)
+    ways = shapely.MultiLineString([network.line(way) for way in network.ways])
     candidates = []
     for angle in _angles(wish.point, wish.direction, ground.hub):
         frame = _Frame(wish.point, angle)
-        turned = frame.turned(free)
-        boxes = sorted(_boxes(turned, wish.point), key=lambda item: (-item[0], item[1].bounds))[:TRIED]
-        rooms = {_room(frame.back(grown), wish.room): grown for grown in (_grown(box, turned) for _, box in boxes)}
-        candidates += [(_score(grown, wish.point), room) for room, grown in rooms.items()]
+        turned, lanes = frame.turned(free), frame.turned(ways)
+        boxes = sorted(_fitting(turned, wish.point), key=lambda box: (-_score(box, wish.point, lanes), box.bounds))
+        boxes = [size for box in boxes[:TRIED] for size in (_grown(box, turned), box)]
+        rooms = {_room(frame.back(box), wish.room): box for box in boxes}
+        candidates += [(_score(box, wish.point, lanes), room) for room, box in rooms.items()]
     best: tuple[float, Bay] | None = None
     for score, room in sorted(candidates, key=lambda item: (-item[0], item[1].outline)):
         if best is not None and score <= best[0]:
@@ -132,8 +136,8 @@ def _angles(point: Point, direction: float, hub: shapely.Polygon) -> list[float]
     return found
 
 
-def _boxes(free: shapely.Geometry, point: Point) -> Iterator[tuple[float, shapely.Polygon]]:
-    """The rectangles that fit, with their scores [m2]."""
+def _fitting(free: shapely.Geometry, point: Point) -> list[shapely.Polygon]:
+    """The rectangles round a point that fit into the free floor."""
     steps = round(REACH / STEP)
     offsets = [step * STEP for step in range(-steps, steps + 1)]
     middles = [(point[0] + dx, point[1] + dy) for dx in offsets for dy in offsets if math.hypot(dx, dy) <= REACH]
@@ -145,12 +149,13 @@ def _boxes(free: shapely.Geometry, point: Point) -> Iterator[tuple[float, shapel
     ]
     boxes = shapely.box(*zip(*bounds, strict=True))
     shapely.prepare(free)
-    for box in boxes[shapely.covers(free, boxes)]:
-        yield _score(box, point), box
+    return list(boxes[shapely.covers(free, boxes)])
 
 
-def _score(box: shapely.Polygon, point: Point) -> float:
-    return float(box.area - AWAY_PRICE * box.buffer(-FOOTHOLD, join_style="mitre").distance(shapely.Point(point)))
+def _score(box: shapely.Polygon, point: Point, lanes: shapely.Geometry) -> float:
+    """How good a rectangle is for a bay [m2]."""
+    away = box.buffer(-FOOTHOLD, join_style="mitre").distance(shapely.Point(point))
+    return float(box.area - AWAY_PRICE * away + YARD_PRICE * min(box.distance(lanes), YARD))
 
 
 def _grown(box: shapely.Polygon, free: shapely.Geometry) -> shapely.Polygon:

@@ -27,7 +27,7 @@ from clo_fleet.world.yaml_file import FileWriteError
 __all__ = ["Imported", "MapExistsError", "import_building", "import_to_folder"]
 
 MAX_SPEED = 1.5  # [m/s] where a lane has no limit
-HARM_WHERE_NEEDED, HARM_WHERE_NICE = 10.0, 3.0  # [m2] done to the corridors by a room for a place
+HARM_WHERE_NEEDED, HARM_WHERE_NICE = 20.0, 6.0  # [m2] done to the corridors by a room for a place
 ASIDE = 0.15  # [m] besides a door's way: an object there is in nobody's way
 
 
@@ -178,7 +178,10 @@ class _Draft:
     def add_bays(self, node_of: dict[int, str]) -> None:
         """Make a room of every place in the hub, what is needed first."""
         for vertex in sorted(self._stops(), key=lambda vertex: (not vertex.needed, vertex.index)):
-            if self._room_at(vertex) or not self.ground.hub.covers(shapely.Point(vertex.point)):
+            if self._room_at(vertex):
+                continue
+            if not self.ground.hub.covers(shapely.Point(vertex.point)):
+                self.skipped.append(Skipped("place", vertex.id, "it is in no room that robots reach"))
                 continue
             name = self.names.new(vertex.id)
             wish = Wish(
@@ -191,7 +194,7 @@ class _Draft:
             )
             bay = bay_at(wish, self.network, self.ground)
             if bay is None:
-                self.skipped.append(Skipped("place", vertex.id, "no floor is free for a room of 1.3 m x 1.4 m there"))
+                self.skipped.append(Skipped("place", vertex.id, "no room with a door onto the corridors fits there"))
             else:
                 self.network, self.ground = bay.network, bay.ground
                 self.rooms.append(bay.room)
@@ -235,7 +238,6 @@ class _Draft:
             doors = [door for door in self.doors if room and room.id in door.rooms]
             point = _standing(room, doors, vertex.point) if room else None
             if room is None or point is None:
-                self.skipped.append(Skipped("place", vertex.id, "it is in no room"))
                 continue
             x, y = min((door.position for door in doors), key=lambda place: math.dist(place, point))
             heading = round(math.atan2(y - point[1], x - point[0]), 3)
