@@ -87,7 +87,7 @@ class NetworkRefusedError(CloFleetError):
         self.path, self.reason = path, reason
 
     def __str__(self) -> str:
-        return f"corridor network {self.path}: {self.reason}; build it again from the map (needs 'clo-fleet[maps]')"
+        return f"corridor network {self.path}: {self.reason}; build it anew with clo-fleet build-network MAP"
 
 
 class CorridorsOpenError(CloFleetError):

@@ -359,7 +359,7 @@ def test_corridors_open_once_at_a_time_and_again_after_closing(line: BuildingMap
 
 def test_a_network_of_another_map_is_refused(line: BuildingMap, plus: BuildingMap) -> None:
     """With what differs and what to do."""
-    with pytest.raises(NetworkRefusedError, match=r"edge 'c1' is missing.*build it again"):
+    with pytest.raises(NetworkRefusedError, match=r"edge 'c1' is missing.*build it anew"):
         Corridors(replace(line, network=plus.network), seed=1).__enter__()
     with pytest.raises(NetworkRefusedError, match="the map has none"):
         Corridors(replace(line, network=None), seed=1).__enter__()
@@ -373,7 +373,7 @@ def test_a_network_that_sumo_refuses_is_told_in_its_words(
     text = gzip.decompress(line.network.read_bytes()).decode()
     path = tmp_path / "broken.net.xml.gz"
     path.write_bytes(gzip.compress(text.replace('incLanes="c1_0"', 'incLanes="c9_0"').encode()))
-    with pytest.raises(NetworkRefusedError, match=r"unknown lane.*c9_0.*build it again") as caught:
+    with pytest.raises(NetworkRefusedError, match=r"unknown lane.*c9_0.*build it anew") as caught:
         Corridors(replace(line, network=path), seed=1).__enter__()
     assert capfd.readouterr() == ("", "")
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
