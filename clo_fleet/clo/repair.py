@@ -181,8 +181,7 @@ def _eliminated(state: State, plan: Plan, goals: Sequence[Condition], first: Con
         kept.append(step)
         state -= step.action.deletes
         state |= step.action.adds
-    lost = len(kept) == len(plan) or not all(holds(goal, state) for goal in goals)
-    return None if lost else tuple(kept)
+    return tuple(kept) if all(holds(goal, state) for goal in goals) else None
 
 
 def _replacements(

@@ -256,8 +256,8 @@ class RobotAmongOthers(RuleBasedStateMachine):
 
     @rule()
     def time_passes(self) -> None:
-        """Nothing happens for a while."""
-        self.tell(Wake(self.time))
+        """Nothing happens for a while, and nothing comes of it."""
+        assert self.tell(Wake(self.time)) == ()
 
     @rule(which=st.integers(0, 99))
     def something_odd_happens(self, which: int) -> None:
@@ -292,6 +292,13 @@ class RobotAmongOthers(RuleBasedStateMachine):
         """The tally adds up, and agrees with what was told and answered."""
         assert self.executive.tally.adds_up
         assert self.executive.tally == Tally(**self.counts, pending=len(self.executive.plan))
+
+    @invariant()
+    def suspended_steps_are_still_to_be_done(self) -> None:
+        """They stand in the plan, and none of them runs."""
+        executive = self.executive
+        assert executive.suspended <= {step.id for step in executive.plan}
+        assert executive.running is None or executive.running.id not in executive.suspended
 
     @invariant()
     def success_is_believed(self) -> None:
@@ -345,7 +352,7 @@ class RobotAmongOthers(RuleBasedStateMachine):
         if flips:
             self.tell(Observed(self.time, flips, promised))
 
-    def tell(self, event: Event) -> None:
+    def tell(self, event: Event) -> tuple[Command, ...]:
         """Tell the executive, and one restored from its saved state, and check what they answer."""
         saved = json.loads(json.dumps(self.executive.state()))
         restored = Executive.from_state(self.strategy, saved)
@@ -370,6 +377,7 @@ class RobotAmongOthers(RuleBasedStateMachine):
         if self.executive.mode is Mode.GAVE_UP:
             self.question = None
         assert (self.question is None) is (self.executive.mode not in {Mode.PLANNING, Mode.ACTING_AND_PLANNING})
+        return commands
 
     def take(self, command: Command) -> None:
         """Do what the executive says; refuse what it must never say."""

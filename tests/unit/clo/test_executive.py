@@ -5,7 +5,8 @@ from collections.abc import Callable, Collection
 
 import pytest
 
-from clo_fleet.clo.executive import MOST_ATTEMPTS, MOST_RELAPSES, TRANSITIONS, Executive, Mode, UnexpectedEventError
+from clo_fleet.clo.deliberation import MOST_ATTEMPTS, MOST_RELAPSES
+from clo_fleet.clo.executive import TRANSITIONS, Executive, Mode, UnexpectedEventError
 from clo_fleet.clo.links import Links
 from clo_fleet.clo.messages import (
     AcceptOffer,
@@ -238,6 +239,14 @@ def test_expected_effects_are_no_surprise() -> None:
     assert started(robot.finish()) == ["prepare(o1, l1)"]
 
 
+def test_robot_that_has_left_is_still_moving() -> None:
+    """Its action has ended the condition itself: that is no reason to cancel it, nor to plan without it."""
+    robot = Script(Replan())
+    robot.begin(*PLAN)
+    assert robot.see("(lit l3)", false=["(at-robot l3)"]) == [AskPlan("unexpected: (lit l3)")]
+    assert ("at-robot", "l1") in robot.executive.planning_state
+
+
 def test_what_is_known_already_is_no_surprise() -> None:
     """Not even for a strategy that plans again at any difference."""
     robot = Script(Replan())
@@ -269,6 +278,14 @@ def test_cancelled_action_may_end_all_the_same() -> None:
     robot.see("(at-robot l1)", "(prepared o1)", "(lit l3)", false=["(at-robot l3)"])
     assert started(robot.finish()) == ["grasp(o1, l1)"]
     assert robot.executive.tally.executed == 1
+
+
+def test_action_that_could_not_be_stopped_may_break_the_goals() -> None:
+    """All that it did is unexpected then."""
+    robot = Script(Replan(), goals=["(at-robot l3)", "(lit l1)"])
+    robot.begin(move("l3", "l1"), action("light l1", adds=["(lit l1)"]), move("l1", "l3"))
+    assert isinstance(robot.see("(lit l1)")[0], CancelAction)
+    assert robot.finish() == [AskPlan("unexpected: (at-robot l1), (at-robot l3)")]
 
 
 def test_effects_of_an_action_that_was_to_stop_can_be_a_surprise() -> None:
@@ -411,6 +428,17 @@ def test_promise_suspends_the_steps_that_it_spares() -> None:
     assert robot.finish(3) == [Waits(IN_HAND)]
     assert robot.mode() is Mode.WAITING
     assert robot.tell(Wake(9)) == []
+
+
+def test_later_steps_go_on_while_earlier_ones_are_suspended() -> None:
+    """The other was faster: this robot turns to the next object."""
+    robot = Script(state=facts("(at-robot l1)", "(at-object o1 l1)", "(at-object o2 l1)"))
+    robot.begin(prepare("o2", "l1"), grasp("o2", "l1"), prepare("o1", "l1"), grasp("o1", "l1"))
+    robot.promise("(holding o2)")
+    assert started(robot.fail(Flip(("at-object", "o2", "l1"), False))) == ["prepare(o1, l1)"]
+    assert str(robot.executive.running) == "prepare(o1, l1)"
+    assert started(robot.finish()) == ["grasp(o1, l1)"]
+    assert robot.rest == ["prepare(o2, l1)", "grasp(o2, l1)", "grasp(o1, l1)"]
 
 
 def test_kept_promise_drops_the_suspended_steps() -> None:
@@ -556,6 +584,17 @@ def test_robot_needs_no_planner_if_its_goals_hold(failure: PlanFailure) -> None:
     assert robot.tell(PlanMissing(1, failure)) == [GoalsMet()]
 
 
+def test_robot_whose_broken_plan_is_not_needed_any_more_needs_no_planner() -> None:
+    """It drops what is left of it."""
+    robot = Script(Replan())
+    robot.begin(*PLAN)
+    robot.finish()
+    robot.see(false=["(at-object o1 l1)"])
+    robot.fail()
+    robot.see(*GOALS)
+    assert robot.tell(PlanMissing(1, PlanFailure.OUT_OF_TIME))[-1] == GoalsMet()
+
+
 def test_late_plan_is_repaired_for_what_was_learnt_meanwhile() -> None:
     """The news keeps its cause."""
     robot = Script()
@@ -567,6 +606,17 @@ def test_late_plan_is_repaired_for_what_was_learnt_meanwhile() -> None:
     assert list(map(str, decision.steps)) == [action.name for action in FETCH_2]
     assert (decision.fact, decision.cause) == (GIVEN[0].fact, GIVEN[0].cause)
     assert started(commands) == ["move(l3, l1)"]
+
+
+def test_news_that_was_undone_meanwhile_is_no_news() -> None:
+    """It replaced nothing, though a step is dropped from the late plan."""
+    robot = Script(state=START | facts("(lit l3)"))
+    robot.tell(Begin(0))
+    robot.see(false=["(lit l3)"])
+    robot.see("(lit l3)")
+    decision = robot.plan(move("l3", "l2"), move("l2", "l3"), *PLAN)[1]
+    assert isinstance(decision, StepsDropped)
+    assert (list(map(str, decision.steps)), decision.fact) == (["move(l3, l2)", "move(l2, l3)"], None)
 
 
 def test_superfluous_steps_of_a_fresh_plan_are_dropped() -> None:
@@ -601,7 +651,7 @@ def test_planner_whose_plan_is_no_good_is_not_asked_the_same_again() -> None:
     robot.tell(Begin(0))
     commands = robot.plan(*FETCH_2)
     assert isinstance(commands[1], RepairRefused)
-    assert commands[2] == Waits(BLIND)
+    assert commands[2:] == [Waits(BLIND)]
     assert robot.mode() is Mode.WAITING
 
 
@@ -712,6 +762,13 @@ def test_offer_that_shortens_the_plan_is_accepted() -> None:
     assert len(robot.rest) == 6
 
 
+def test_offer_of_what_is_no_goal_may_help_too() -> None:
+    """It is enough that the plan stands with it."""
+    robot = Script()
+    robot.begin(*PLAN)
+    assert robot.tell(offer(Flip(("prepared", "o2"), True))) == [AcceptOffer(1)]
+
+
 def test_offer_that_would_break_the_plan_is_refused() -> None:
     """To take the object away, say."""
     robot = Script()
@@ -741,11 +798,12 @@ def test_handover_holds_back_what_would_break_it() -> None:
     assert started(robot.tell(OfferEnded(8, 1))) == ["move(l1, l2)"]
 
 
-def test_handover_holds_back_nothing_else() -> None:
-    """Steps that do not touch what it needs go on, and so do those that bring it about."""
+@pytest.mark.parametrize("place", ["(at-robot l1)", "(at-robot l2)"])
+def test_handover_holds_back_nothing_else(place: str) -> None:
+    """Steps that do not touch what it needs go on, and so do those before it comes about."""
     robot = Script()
     robot.begin(*PLAN)
-    robot.tell(offer(*GIVEN, needs=["(at-robot l1)"]))
+    robot.tell(offer(*GIVEN, needs=[place]))
     assert started(robot.finish()) == ["prepare(o1, l1)"]
     assert started(robot.finish()) == ["grasp(o1, l1)"]
 
@@ -795,6 +853,18 @@ def test_action_of_a_robot_that_gave_up_may_fail_for_the_third_time() -> None:
     robot.tell(PlanMissing(1, PlanFailure.OUT_OF_MEMORY))
     assert robot.fail() == []
     assert robot.executive.outcome == "planner failed: the planner ran out of memory"
+
+
+@pytest.mark.parametrize("finished", [True, False])
+def test_action_of_a_robot_that_gave_up_may_end(finished: bool) -> None:
+    """What it did is believed and counted; nothing follows."""
+    robot = Script(Replan())
+    robot.begin(*PLAN)
+    robot.see(false=["(at-object o1 l1)"])
+    robot.tell(PlanMissing(1, PlanFailure.OUT_OF_TIME))
+    assert (robot.finish() if finished else robot.cancelled()) == []
+    assert (("at-robot", "l1") in robot.executive.beliefs) is finished
+    assert robot.mode() is Mode.GAVE_UP
 
 
 def in_each_mode() -> dict[Mode, Script]:

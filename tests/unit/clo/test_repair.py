@@ -152,6 +152,15 @@ def test_step_that_no_news_replaces_names_none() -> None:
     }
 
 
+def test_loop_names_the_news_that_replaced_other_steps() -> None:
+    """Other news has nothing to do with it."""
+    state, plan, goals = star(2)
+    news = facts("(holding o0)", "(lit l0)")
+    before = causal_links(state, plan, goals)
+    found = repaired(repair(given(state, 0) | news, plan, goals, before=before, changed=news))
+    assert [drop.because for drop in found.dropped if drop.reason is DropReason.LOOP] == 2 * [(("holding", "o0"),)]
+
+
 def test_without_the_old_links_only_loops_name_the_news() -> None:
     """What made a step needless cannot be told then."""
     state, plan, goals = star(2)
@@ -280,6 +289,14 @@ def test_impossible_step_does_not_make_a_possible_one_look_needless() -> None:
     found = repaired(repair(facts("(at-robot l1)", "(at-object o1 l2)"), plan, goals_of(facts("(holding o1)"))))
     assert names(found.plan) == ["move(l1, l2)", "prepare(o1, l2)", "grasp(o1, l2)"]
     assert [(str(drop.step), drop.reason) for drop in found.dropped] == [("prepare(o1, l1)", DropReason.IMPOSSIBLE)]
+
+
+def test_state_and_plan_are_left_as_they_were() -> None:
+    """Also a state that could be changed."""
+    state, plan, goals = star(2)
+    now = set(given(state, 0))
+    repair(now, plan, goals)
+    assert now == given(state, 0)
 
 
 def test_needed_step_that_cannot_be_done_refuses_the_repair() -> None:

@@ -1,0 +1,262 @@
+"""Deliberation: what an executive makes of its memory. Decides; the executive only says when.
+
+Every method reads and changes the memory, and returns the commands and decisions that follow from that.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from clo_fleet.clo.links import causal_links
+from clo_fleet.clo.messages import (
+    AskPlan,
+    CancelAction,
+    Cause,
+    Command,
+    Finished,
+    Flip,
+    GoalsMet,
+    RepairRefused,
+    StartAction,
+    StepsDropped,
+    Waits,
+)
+from clo_fleet.clo.plan import Plan, Step, first_fault, number
+from clo_fleet.clo.repair import Drop
+from clo_fleet.clo.state import ExecutiveState
+from clo_fleet.clo.strategies import Adopt, Keep, PlanAgain, Revision, Situation, Strategy
+from clo_fleet.clo.task import Action, Condition, Fact, apply, holds, unmet
+
+__all__ = ["MOST_ATTEMPTS", "MOST_RELAPSES", "Deliberation", "under_way"]
+
+MOST_ATTEMPTS = 3  # the same action failing this often, nothing achieved or learnt by it meanwhile: stuck
+MOST_RELAPSES = 5  # goals met and lost again this often: conflict
+
+
+@dataclass(frozen=True, slots=True)
+class Deliberation:
+    """A strategy at work on one executive's memory."""
+
+    strategy: Strategy
+    data: ExecutiveState
+
+    @property
+    def running(self) -> Step | None:
+        """The step under way."""
+        return self.step(self.data.running) if self.data.running is not None else None
+
+    @property
+    def planning_state(self) -> frozenset[Fact]:
+        """The state a new plan should start from: what is believed and promised, the running action done."""
+        data = self.data
+        state = frozenset(data.beliefs) | data.promised
+        running = self.running
+        if running is None or data.cancelling or unmet(under_way(running).action, data.beliefs):
+            return state
+        return apply(state, running.action)
+
+    def rely_on(self, promised: frozenset[Fact]) -> bool:
+        """Note what is promised; whether the plan has to be looked at for it."""
+        data = self.data
+        changed, data.promised = promised != data.promised, promised
+        return changed and bool(data.suspended or not self.sound())
+
+    def revise(self, news: Mapping[Fact, Cause | None]) -> list[Command]:
+        """Ask the strategy what becomes of the plan; while a new one is awaited, only note the news."""
+        data = self.data
+        if data.outcome:
+            return []
+        data.news |= news
+        if data.question is not None:
+            return []
+        if self.reached():
+            revision = self.strategy.revise(self.situation(frozenset(news))) if data.plan else Keep()
+            if isinstance(revision, Adopt):
+                return self.follow(revision)
+            running = self.running
+            over = running is None or apply(data.beliefs, running.action) == data.beliefs
+            return [] if over else self.stop("the goals hold already")
+        if data.satisfied:
+            data.satisfied = False
+            data.relapses += 1
+            if data.relapses >= MOST_RELAPSES:
+                return self.give_up("conflict", f"its goals were met and lost again {MOST_RELAPSES} times")
+        elif not data.plan:
+            return []
+        return self.follow(self.strategy.revise(self.situation(frozenset(news))))
+
+    def follow(self, revision: Revision) -> list[Command]:
+        """Do what the strategy said."""
+        data = self.data
+        if isinstance(revision, Keep):
+            data.news = {}
+            return []
+        if isinstance(revision, PlanAgain):
+            asked = self.ask(revision.why)
+            return [RepairRefused(revision.refused), *asked] if asked and revision.refused else asked
+        drops = revision.repaired.dropped
+        if not revision.on_promise:
+            data.suspended = set()
+            commands = self._drop(drops)
+            data.news = {}
+            return commands
+        # what is needless for what is true already goes; what is needless if a promise is kept is put off
+        gone = tuple(drop for drop in drops if data.beliefs.issuperset(drop.because))
+        data.suspended = {drop.step.id for drop in drops if drop not in gone and drop.step.id != data.running}
+        return self._drop(gone)
+
+    def _drop(self, drops: tuple[Drop, ...]) -> list[Command]:
+        """Take the dropped steps out of the plan; one decision for each fact that made steps needless."""
+        data = self.data
+        commands: list[Command] = []
+        groups: dict[tuple[Fact | None, str], list[Step]] = {}
+        for drop in drops:
+            if drop.step.id == data.running:
+                commands += self.stop(drop.reason.value)
+                continue
+            groups.setdefault((drop.because[0] if drop.because else None, drop.reason.value), []).append(drop.step)
+        gone = {step.id for steps in groups.values() for step in steps}
+        data.plan = [step for step in data.plan if step.id not in gone]
+        data.tally = data.tally.plus(dropped=len(gone))
+        for (fact, reason), steps in groups.items():
+            cause = data.news.get(fact) if fact is not None else None
+            commands.append(StepsDropped(tuple(steps), reason, fact, cause))
+        return commands
+
+    def stop(self, why: str) -> list[Command]:
+        """Have the running step cancelled, unless that is asked already."""
+        if self.data.cancelling:
+            return []
+        self.data.cancelling = True
+        return [CancelAction(self.step(self.data.running), why)]
+
+    def advance(self) -> list[Command]:
+        """Start the next step, or say why not."""
+        data = self.data
+        if data.running is not None or data.question is not None or not data.begun or data.outcome:
+            return []
+        if self.reached():
+            return self._settle()
+        step = next((step for step in data.plan if step.id not in data.suspended), None)
+        if step is None:
+            if all(holds(goal, data.beliefs | data.promised) for goal in data.goals):
+                return self._wait("for what another robot has in hand")
+            return self.ask("the plan ended without its goals" if data.tally.plans else "first plan")
+        missing = unmet(step.action, data.beliefs)
+        if missing:
+            return self._blocked(step, missing)
+        threatened = {need for needs in data.offers.values() for need in needs}
+        after = apply(data.beliefs, step.action)
+        if any(not holds(need, after) for need in threatened if holds(need, data.beliefs)):
+            return self._wait("for a handover to end")
+        data.running, data.waiting = step.id, ""
+        return [StartAction(step)]
+
+    def _blocked(self, step: Step, missing: tuple[Condition, ...]) -> list[Command]:
+        """The next step cannot start: wait if the rest is promised, else have the plan made good."""
+        data = self.data
+        if all(holds(condition, frozenset(data.beliefs) | data.promised) for condition in missing):
+            return self._wait("for what another robot has in hand")
+        revision = self.strategy.revise(self.situation(frozenset()))
+        if isinstance(revision, Adopt) and step.id not in {kept.id for kept in revision.repaired.plan}:
+            return self.follow(revision) + self.advance()
+        lacks = ", ".join(str(condition) for condition in missing)
+        why = PlanAgain(f"{step} cannot start: it lacks {lacks}")
+        return self.follow(revision if isinstance(revision, PlanAgain) else why)
+
+    def _settle(self) -> list[Command]:
+        """The goals hold: whatever is left of the plan is not needed."""
+        data = self.data
+        commands: list[Command] = []
+        if data.plan:
+            commands.append(StepsDropped(tuple(data.plan), "the goals hold already"))
+            data.tally = data.tally.plus(dropped=len(data.plan))
+            data.plan, data.suspended = [], set()
+        if not data.satisfied:
+            data.satisfied, data.waiting = True, ""
+            commands.append(GoalsMet())
+        return commands
+
+    def ask(self, why: str) -> list[Command]:
+        """Ask for a plan, unless the same question had no answer; stop an action that cannot end well."""
+        data = self.data
+        if data.unsolvable == self.planning_state:
+            return self._wait("no plan exists as things are believed")
+        running = self.running
+        lacks = unmet(under_way(running).action, data.beliefs) if running is not None else ()
+        stop = self.stop(f"it lacks {', '.join(map(str, lacks))}") if lacks else []
+        data.question, data.unsolvable, data.waiting = self.planning_state, None, ""
+        data.suspended = set()
+        data.tally = data.tally.plus(planner_calls=1)
+        return [*stop, AskPlan(why)]
+
+    def _wait(self, why: str) -> list[Command]:
+        if self.data.waiting == why:
+            return []
+        self.data.waiting = why
+        return [Waits(why)]
+
+    def give_up(self, outcome: str, why: str) -> list[Command]:
+        """Stop for good."""
+        if self.data.outcome:
+            return []
+        self.data.outcome, self.data.question = outcome, None
+        return [Finished(outcome, why)]
+
+    # ---- small questions -----------------------------------------------------------------------------------
+
+    def learn(self, flips: Iterable[Flip]) -> dict[Fact, Cause | None]:
+        """Believe the flips; returns those that were not expected, with their causes."""
+        data = self.data
+        running = self.running
+        news: dict[Fact, Cause | None] = {}
+        for flip in flips:
+            if (flip.fact in data.beliefs) is flip.value:
+                continue
+            (data.beliefs.add if flip.value else data.beliefs.discard)(flip.fact)
+            effects = (running.action.adds if flip.value else running.action.deletes) if running else ()
+            if flip.fact not in effects:
+                news[flip.fact] = flip.cause
+        return news
+
+    def reached(self) -> bool:
+        """Whether all goals are believed true."""
+        return all(holds(goal, self.data.beliefs) for goal in self.data.goals)
+
+    def sound(self) -> bool:
+        """Whether the plan, as things are believed, runs through to its goals."""
+        return first_fault(self.data.beliefs, self.rest(), self.data.goals) is None
+
+    def step(self, step_id: int | None) -> Step:
+        """The step of that id."""
+        return next(step for step in self.data.plan if step.id == step_id)
+
+    def numbered(self, actions: Iterable[Action]) -> Plan:
+        """The actions as new steps, with ids never used before."""
+        steps = number(actions, self.data.next_step)
+        self.data.next_step += len(steps)
+        return steps
+
+    def rest(self) -> Plan:
+        """The plan; of the running step only the conditions that it does not itself end."""
+        return tuple(under_way(step) if step.id == self.data.running else step for step in self.data.plan)
+
+    def situation(self, changed: frozenset[Fact]) -> Situation:
+        """What the strategy is to decide on."""
+        data = self.data
+        plan = self.rest()
+        return Situation(
+            state=frozenset(data.beliefs),
+            plan=plan,
+            goals=data.goals,
+            changed=changed,
+            since=frozenset(data.news),
+            links=causal_links(data.beliefs ^ data.news.keys(), plan, data.goals),
+            promised=data.promised,
+        )
+
+
+def under_way(step: Step) -> Step:
+    """A running step: it needs no longer what it ends itself (a robot that has left is still moving)."""
+    ended = step.action.adds | step.action.deletes
+    needs = tuple(need for need in step.action.needs if need.fact not in ended)
+    return Step(step.id, replace(step.action, needs=needs))
