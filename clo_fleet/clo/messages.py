@@ -91,7 +91,6 @@ class PlanMissing:
 
     time: float
     failure: PlanFailure
-    proven: bool = True
 
 
 @dataclass(frozen=True, slots=True)

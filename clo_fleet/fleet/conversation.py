@@ -244,7 +244,7 @@ class Conversation:
             self._tell(robot, PlanArrived(self.time, reply.actions), reply)
             return
         self._record(events.PlanFailed(robot.id, reply.failure.value, reply.detail))
-        self._tell(robot, PlanMissing(self.time, reply.failure, reply.proven))
+        self._tell(robot, PlanMissing(self.time, reply.failure))
 
     def _tell(self, robot: Robot, event: Event, reply: Reply | None = None) -> None:
         """Give the executive an event and carry out its commands."""

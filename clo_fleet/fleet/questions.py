@@ -41,7 +41,6 @@ class Reply:
     due: float
     actions: tuple[Action, ...] | None
     failure: PlanFailure = PlanFailure.NO_PLAN
-    proven: bool = False
     expansions: int = 0
     detail: str = ""
 
@@ -151,7 +150,7 @@ class Questions:
                 return Reply(robot=robot, due=due, actions=actions, expansions=expansions)
             case NoPlan(proven=proven):
                 detail = "proven" if proven else "the search ended without one"
-                return Reply(robot=robot, due=due, actions=None, proven=proven, expansions=expansions, detail=detail)
+                return Reply(robot=robot, due=due, actions=None, expansions=expansions, detail=detail)
             case PlannerOutOfTime():
                 self.wall_limited = True
                 detail = f"wall limit {planning.wall_limit:g} s"

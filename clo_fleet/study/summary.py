@@ -61,7 +61,7 @@ def _robots(result: RunResult) -> Table:
     title = f"{result.world} with {result.strategy}, seed {result.seed}"
     table = Table(title=title, title_justify="left")
     table.add_column("robot")
-    for name in ("planned", "executed", "dropped", "failed", "planner calls", "repairs", "refused"):
+    for name in ("planned", "executed", "dropped", "failed", "planner calls", "replans", "repairs"):
         table.add_column(name, justify="right")
     table.add_column("opportunities, by whom")
     for name in ("planning s", "repair ms", "waiting s", "travel s", "goals"):
@@ -76,8 +76,8 @@ def _robots(result: RunResult) -> Table:
             str(robot.dropped + robot.cancelled),
             str(robot.failed),
             str(robot.planner_calls),
+            str(max(0, robot.planner_calls - 1)),
             str(robot.repairs),
-            str(robot.repairs_refused),
             by or "none",
             f"{robot.wall_planning_s:.2f}",
             f"{1000 * robot.wall_deciding_s:.1f}",
