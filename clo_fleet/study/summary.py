@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 
+from rich import box
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
 
@@ -31,13 +32,18 @@ def summary(result: RunResult) -> RenderableType:
 
 def comparison(results: Sequence[RunResult]) -> RenderableType:
     """Strategies side by side, all robots together. The real times are this machine's."""
-    table = Table(title=f"{results[0].world}, seed {results[0].seed}", title_justify="left")
+    table = Table(
+        title=f"{results[0].world}, seed {results[0].seed}",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
     table.add_column("strategy", no_wrap=True)
     table.add_column("outcome", no_wrap=True)
     for name in ("makespan s", "actions executed", "steps dropped", "planner calls", "states expanded", "repairs"):
-        table.add_column(name, justify="right")
+        _number(table, name)
     for name in ("opportunities used of seen", "waiting s", "real ms planning", "real ms deciding"):
-        table.add_column(name, justify="right")
+        _number(table, name)
     for result in results:
         robots = result.robots.values()
         table.add_row(
@@ -57,17 +63,27 @@ def comparison(results: Sequence[RunResult]) -> RenderableType:
     return table
 
 
+def _table(title: str) -> Table:
+    """An empty table with few lines: it has to fit a terminal."""
+    return Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+
+
+def _number(table: Table, name: str) -> None:
+    """A column of numbers, at least as wide as the longest word of its name."""
+    table.add_column(name, justify="right", min_width=max(map(len, name.split())))
+
+
 def _robots(result: RunResult) -> Table:
     title = f"{result.world} with {result.strategy}, seed {result.seed}"
-    table = Table(title=title, title_justify="left")
+    table = _table(title)
     table.add_column("robot")
     for name in ("planned", "executed", "dropped", "failed", "planner calls", "replans", "repairs"):
-        table.add_column(name, justify="right")
-    table.add_column("opportunities, by whom")
+        _number(table, name)
+    table.add_column("opportunities", min_width=13)
     for name in ("planning s", "repair ms", "waiting s", "travel s", "goals"):
-        table.add_column(name, justify="right")
+        _number(table, name)
     for name, robot in result.robots.items():
-        by = ", ".join(f"{count} by {helper}" for helper, count in robot.opportunities_by.items())
+        by = ", ".join(f"{helper} {count}" for helper, count in robot.opportunities_by.items())
         planned = robot.planned + robot.planned_again + robot.added
         table.add_row(
             name,
@@ -83,13 +99,13 @@ def _robots(result: RunResult) -> Table:
             f"{1000 * robot.wall_deciding_s:.1f}",
             f"{robot.waiting_s:.1f}",
             f"{robot.travelling_s:.1f}",
-            "reached" if robot.goals_reached else "not reached",
+            "yes" if robot.goals_reached else "no",
         )
     return table
 
 
 def _helps(result: RunResult) -> Table:
-    table = Table(title="who helped whom", title_justify="left")
+    table = _table("who helped whom")
     for name in ("time s", "by", "robot", "fact", "steps that were not needed any more"):
         table.add_column(name)
     for given in result.helps:
