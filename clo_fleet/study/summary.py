@@ -23,7 +23,7 @@ def show(content: RenderableType) -> None:
 
 def summary(result: RunResult) -> RenderableType:
     """What a run came to: a row a robot, who helped whom, and the outcome."""
-    parts: list[RenderableType] = [_robots(result)]
+    parts: list[RenderableType] = [_steps(result), _times(result)]
     if result.helps:
         parts.append(_helps(result))
     parts.append(_outcome(result))
@@ -73,33 +73,44 @@ def _number(table: Table, name: str) -> None:
     table.add_column(name, justify="right", min_width=max(map(len, name.split())))
 
 
-def _robots(result: RunResult) -> Table:
-    title = f"{result.world} with {result.strategy}, seed {result.seed}"
-    table = _table(title)
+def _steps(result: RunResult) -> Table:
+    table = _table(f"{result.world} with {result.strategy}, seed {result.seed}")
     table.add_column("robot")
     for name in ("planned", "executed", "dropped", "failed", "planner calls", "replans", "repairs"):
         _number(table, name)
     table.add_column("opportunities", min_width=13)
-    for name in ("planning s", "repair ms", "waiting s", "travel s", "goals"):
-        _number(table, name)
+    table.add_column("goals")
     for name, robot in result.robots.items():
-        by = ", ".join(f"{helper} {count}" for helper, count in robot.opportunities_by.items())
-        planned = robot.planned + robot.planned_again + robot.added
+        more = robot.planned_again + robot.added
         table.add_row(
             name,
-            str(robot.planned) if planned == robot.planned else f"{robot.planned}+{planned - robot.planned}",
+            f"{robot.planned}+{more}" if more else str(robot.planned),
             str(robot.executed),
             str(robot.dropped + robot.cancelled),
             str(robot.failed),
             str(robot.planner_calls),
             str(max(0, robot.planner_calls - 1)),
             str(robot.repairs),
-            by or "none",
+            ", ".join(f"{count} by {helper}" for helper, count in robot.opportunities_by.items()) or "none",
+            "reached" if robot.goals_reached else "missed",
+        )
+    return table
+
+
+def _times(result: RunResult) -> Table:
+    table = _table("where the time went; planning and repair in real time, the rest simulated")
+    table.add_column("robot")
+    for name in ("planning s", "repair ms", "travel s", "work s", "waiting s", "way m"):
+        _number(table, name)
+    for name, robot in result.robots.items():
+        table.add_row(
+            name,
             f"{robot.wall_planning_s:.2f}",
             f"{1000 * robot.wall_deciding_s:.1f}",
-            f"{robot.waiting_s:.1f}",
             f"{robot.travelling_s:.1f}",
-            "yes" if robot.goals_reached else "no",
+            f"{robot.working_s:.1f}",
+            f"{robot.waiting_s:.1f}",
+            f"{robot.distance_m:.1f}",
         )
     return table
 
