@@ -72,7 +72,7 @@ def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Poin
 
 
 def _waiting_points(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Iterator[Point]:
-    """The places to wait beside a door that walls, obstacles and other doors leave, those near it on the right first."""
+    """The places to wait beside a door that walls, obstacles and other doors leave, the nearest on the right first."""
     others = [other for other in site.doors_of(room) if other.id != door.id]
     for inside, right in WAITING:
         point = _inner(door, room, inside, right)

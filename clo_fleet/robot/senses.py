@@ -76,12 +76,16 @@ def consequences(seen: Seen, beliefs: frozenset[Fact]) -> Seen:
 
 
 def news(seen: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId, truth: Truth) -> tuple[Flip, ...]:
-    """Those of the facts seen that differ from what is believed and that the robot watches, sorted."""
-    return tuple(
-        Flip(fact, value, truth.cause(fact))
-        for fact, value in sorted(seen.items())
-        if (fact in beliefs) is not value and (fact in watch or _own(fact, robot))
-    )
+    """Those of the facts seen that differ from what is believed and that the robot heeds, sorted.
+
+    It heeds what it watches, itself, and where an object lies of which it does not know any more where it is.
+    """
+    fresh = {fact: value for fact, value in sorted(seen.items()) if (fact in beliefs) is not value}
+    heeded = {fact for fact in fresh if fact in watch or _own(fact, robot)}
+    if lying := {fact for fact, value in fresh.items() if value and fact[0] == "at-object"} - heeded:
+        known = {_item(fact) for fact in beliefs - heeded if fact[0] in ("at-object", "holding")}
+        heeded |= {fact for fact in lying if _item(fact) not in known}
+    return tuple(Flip(fact, value, truth.cause(fact)) for fact, value in fresh.items() if fact in heeded)
 
 
 _SENSED = frozenset({"at-robot", "at-object", "prepared", "holding"})

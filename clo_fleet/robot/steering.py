@@ -25,6 +25,7 @@ PROGRESS = 0.3  # [m] who has come this far gets on
 PATIENCE = 4.0  # [s] who has not got on for this long begins to push
 PUSHING = 3.0  # [s] for so long
 PUSH = 0.25  # [m/s] so fast
+NEAR = 3.0  # [m] robots further off than this are not gone round yet: it takes longer to get there than to look anew
 MOVED = 0.05  # [m] a target that moves by more than this is a new one
 OVERSHOOT = 0.05  # [m] paths end this far inside the distance that counts as near
 
@@ -148,9 +149,14 @@ def _things(site: Site, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
 
 
 def _standing(site: Site, robot: RobotId, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
-    """The other robots that do not move."""
-    others = (other for other in site.bodies_in(room) if other != robot and other not in ignoring)
-    return [(site.pose(other).point, site.robot_radius(other)) for other in others if site.speed(other) < STANDING]
+    """The other robots near by that do not move; those far off may be gone until one gets there."""
+    here = site.pose(robot).point
+    return [
+        (there, site.robot_radius(other))
+        for other in site.bodies_in(room)
+        if other != robot and other not in ignoring and site.speed(other) < STANDING
+        if math.dist(here, there := site.pose(other).point) < NEAR
+    ]
 
 
 def _ahead(here: Point, line: Sequence[Point], ahead: float) -> tuple[Point, float]:

@@ -37,6 +37,7 @@ __all__ = [
 DOORWAY_INSIDE = 0.3  # [m] how far a doorway reaches into its room
 DOORWAY_OUTSIDE = 1.2  # [m] how far it reaches out: a robot's diameter, and room to turn into a lane
 LANES = 1.5  # [m] a doorway is no narrower: two lanes with centres 0.7 m apart, a robot's radius, 0.1 m to the sides
+JAMB = 0.1  # [m] beyond the wall a doorway gets wider than its door, lest the floor runs through the wall
 SPOT_STEP = 0.1  # [m] between the places that are tried for an item, and between rings of them
 DOOR_DEPTH = 0.3  # [m] a door opens the walls this near to it; outlines may lie a wall's thickness apart
 
@@ -112,7 +113,7 @@ def free_space(building: BuildingMap, room: RoomId) -> tuple[Area, ...]:
     for door in (door for door in building.doors if room in door.rooms):
         passage = _passage(door, room, -DOORWAY_INSIDE, DOORWAY_OUTSIDE)
         if len(door.rooms) == 1 and door.width < LANES:
-            passage = shapely.union(passage, _passage(door, room, 0.0, DOORWAY_OUTSIDE, LANES))
+            passage = shapely.union(passage, _passage(door, room, JAMB, DOORWAY_OUTSIDE, LANES))
         for other in (_room(building, other) for other in door.rooms if other != room):
             gap = _passage(door, room, -DOORWAY_INSIDE, DOOR_DEPTH)
             passage = shapely.intersection(passage, shapely.union(shapely.Polygon(other.outline), gap))

@@ -79,7 +79,7 @@ def _steps(result: RunResult) -> Table:
     for name in ("planned", "executed", "dropped", "failed", "planner calls", "replans", "repairs"):
         _number(table, name)
     table.add_column("opportunities", min_width=13)
-    table.add_column("goals")
+    table.add_column("goals", min_width=7)
     for name, robot in result.robots.items():
         more = robot.planned_again + robot.added
         table.add_row(
@@ -98,7 +98,7 @@ def _steps(result: RunResult) -> Table:
 
 
 def _times(result: RunResult) -> Table:
-    table = _table("where the time went; planning and repair in real time, the rest simulated")
+    table = _table("where the time went (planning and repair: real time)")
     table.add_column("robot")
     for name in ("planning s", "repair ms", "travel s", "work s", "waiting s", "way m"):
         _number(table, name)

@@ -9,6 +9,7 @@ building, but robots in the simulation do not drive through them. Bays keep clea
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import shapely
 from shapely.affinity import rotate
@@ -33,7 +34,7 @@ YARD = 3.0  # [m] between a bay and the lanes, for its door's stub and for the n
 YARD_PRICE = 0.5  # [m2] of floor that each metre of it counts for
 HARM_PRICE = 4.0  # [m2] of floor that each m2 of harm to the corridors counts for
 PASSAGE = 0.45  # [m] on both sides of a door's middle that must be free of walls; its jambs may be in them
-TRIED = 10  # rectangles for which doors are tried
+TRIED = 8  # rectangles in each direction for which doors are tried
 WALLS_NEAR = 3.0  # [m] walls that lend a bay their direction
 LONG_WALL = 1.0  # [m]
 
@@ -70,6 +71,7 @@ class Wish:
         room, door: ids.
         point: where it should be [m].
         direction: of the lane that comes here [rad].
+        max_speed: of that lane [m/s].
         most_harm: that it may do to the corridors [m2].
         elsewhere: places that the bay must leave alone [m].
     """
@@ -78,6 +80,7 @@ class Wish:
     door: str
     point: Point
     direction: float
+    max_speed: float | None
     most_harm: float
     elsewhere: tuple[Point, ...] = ()
 
@@ -85,9 +88,8 @@ class Wish:
 def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
     """The best bay at or near a point, or ``None`` if there is no place for one.
 
-    Good is a large bay at the point, whose door needs little change to the corridors.
-
-    ``ground`` and ``network`` are as they were before.
+    Good is a large bay at the point, whose door needs little change to the corridors. It is looked for on a grid of
+    rectangles, the best of which grow as far as they can and are tried with doors in each side.
     """
     before = ground.harm(network)
     free = _free(wish, network, ground)
@@ -97,9 +99,12 @@ def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
         frame = _Frame(wish.point, angle)
         turned, lanes = frame.turned(free), frame.turned(ways)
         boxes = sorted(_fitting(turned, wish.point), key=lambda box: (-_score(box, wish.point, lanes), box.bounds))
-        boxes = [size for box in boxes[:TRIED] for size in (_grown(box, turned), box)]
-        rooms = {_room(frame.back(box), wish.room): box for box in boxes}
-        candidates += [(_score(box, wish.point, lanes), room) for room, box in rooms.items()]
+        rooms: dict[Room, shapely.Polygon] = {}
+        for box in boxes:
+            if len(rooms) < TRIED:
+                grown = _grown(box, turned)
+                rooms[_room(frame.back(grown), wish.room)] = grown
+        candidates += [(_score(grown, wish.point, lanes), room) for room, grown in rooms.items()]
     best: tuple[float, Bay] | None = None
     for score, room in sorted(candidates, key=lambda item: (-item[0], item[1].outline)):
         if best is not None and score <= best[0]:
@@ -125,7 +130,7 @@ def _angles(point: Point, direction: float, hub: shapely.Polygon) -> list[float]
     wishes = [direction]
     for ring in (hub.exterior, *hub.interiors):
         corners = list(ring.simplify(0.05).coords)
-        for a, b in zip(corners, corners[1:], strict=False):
+        for a, b in pairwise(corners):
             near = shapely.LineString([a, b]).distance(shapely.Point(point)) < WALLS_NEAR
             if near and math.dist(a, b) >= LONG_WALL:
                 wishes.append(math.atan2(b[1] - a[1], b[0] - a[0]))
@@ -179,8 +184,7 @@ def _room(box: shapely.Polygon, name: str) -> Room:
 
 def _with_doors(room: Room, wish: Wish, network: Network, ground: Ground) -> Iterator[tuple[Bay, float]]:
     """The room with a door in each of its sides, as far as the corridors can be led there; with their harm [m2]."""
-    floor = shapely.Polygon(room.outline)
-    others = ground.blocks()
+    floor, others = shapely.Polygon(room.outline), ground.blocks()
     for a, b in zip(room.outline, room.outline[1:] + room.outline[:1], strict=True):
         width = next((width for width in DOOR_WIDTHS if width + 2 * JAMB <= math.dist(a, b)), None)
         if width is None:
@@ -193,7 +197,7 @@ def _with_doors(room: Room, wish: Wish, network: Network, ground: Ground) -> Ite
             if not ground.hub.covers(passage) or any(opening.intersects(block) for block in others):
                 continue
             wider = ground.with_door(door, floor)
-            found = attached(network, wider, door)
+            found = attached(network, wider, door, wish.max_speed)
             if found is not None:
                 yield Bay(room, door, found[0], wider), found[1]
 

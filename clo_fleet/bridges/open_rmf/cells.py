@@ -52,6 +52,7 @@ class Cells:
 
     @property
     def count(self) -> int:
+        """The hub is one of them."""
         return 1 + len(self.others)
 
 
@@ -138,7 +139,7 @@ def wall_door(room: Room, name: str, near: Point, along: float | None = None) ->
 
 
 def mouth(door: Door, begin: float, end: float, margin: float = 0.0) -> shapely.Polygon:
-    """The rectangle in front of a door, from ``begin`` to ``end`` beyond its wall, ``margin`` wider on each side [m]."""
+    """The rectangle from ``begin`` to ``end`` beyond a door's wall, on each side wider than the door by ``margin``."""
     (x, y), half = door.position, door.width / 2 + margin
     dx, dy = math.cos(door.heading), math.sin(door.heading)
     corners = ((begin, -half), (end, -half), (end, half), (begin, half))

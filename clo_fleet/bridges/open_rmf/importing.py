@@ -27,7 +27,7 @@ from clo_fleet.world.yaml_file import FileWriteError
 __all__ = ["Imported", "MapExistsError", "import_building", "import_to_folder"]
 
 MAX_SPEED = 1.5  # [m/s] where a lane has no limit
-HARM_WHERE_NEEDED, HARM_WHERE_NICE = 20.0, 6.0  # [m2] done to the corridors by a room for a place
+HARM_WHERE_NEEDED, HARM_WHERE_NICE = 20.0, 8.0  # [m2] done to the corridors by a room for a place
 ASIDE = 0.15  # [m] besides a door's way: an object there is in nobody's way
 
 
@@ -134,6 +134,15 @@ def import_to_folder(
     return imported, target
 
 
+@dataclass(frozen=True, slots=True)
+class _Arrival:
+    """How a lane came to a place: its direction [rad], the node before, and the lane's speed limit [m/s]."""
+
+    direction: float = 0.0
+    node: str = ""
+    max_speed: float | None = None
+
+
 @dataclass(slots=True)
 class _Draft:
     """A map in the making."""
@@ -145,17 +154,18 @@ class _Draft:
     skipped: list[Skipped]
     rooms: list[Room] = field(default_factory=list)
     doors: list[Door] = field(default_factory=list)
-    directions: dict[int, float] = field(default_factory=dict)
+    arrivals: dict[int, _Arrival] = field(default_factory=dict)
 
     def free_stops(self, node_of: dict[int, str]) -> None:
         """Take lanes away that end at places: rooms go there. How they came stays known."""
         for vertex in self._stops():
-            node = node_of.get(vertex.index)
-            for way in self.network.at(node)[:1] if node else ():
+            node = node_of.get(vertex.index, "")
+            for way in self.network.at(node)[:1]:
                 (ax, ay), (bx, by) = self.network.nodes[way.start], self.network.nodes[way.end]
-                self.directions[vertex.index] = math.atan2(by - ay, bx - ax)
-            if node:
-                self.network = without_leaf(self.network, node)
+                direction = math.atan2(by - ay, bx - ax)
+                self.arrivals[vertex.index] = _Arrival(direction, way.other(node), way.max_speed)
+            self.network = without_leaf(self.network, node)
+        self._await_others()
 
     def attach(self, found: RoomsAndDoors) -> None:
         """Lead the corridors up to the real doors; rooms that they do not reach drop out."""
@@ -184,14 +194,17 @@ class _Draft:
                 self.skipped.append(Skipped("place", vertex.id, "it is in no room that robots reach"))
                 continue
             name = self.names.new(vertex.id)
+            arrival = self.arrivals.pop(vertex.index, _Arrival())
             wish = Wish(
                 room=name,
                 door=self.names.new(f"{name}_door"),
                 point=vertex.point,
-                direction=self.directions.get(vertex.index, 0.0),
+                direction=arrival.direction,
+                max_speed=arrival.max_speed,
                 most_harm=HARM_WHERE_NEEDED if vertex.needed else HARM_WHERE_NICE,
                 elsewhere=tuple(other.point for other in self._stops() if other.needed and other != vertex),
             )
+            self._await_others()
             bay = bay_at(wish, self.network, self.ground)
             if bay is None:
                 self.skipped.append(Skipped("place", vertex.id, "no room with a door onto the corridors fits there"))
@@ -220,6 +233,10 @@ class _Draft:
             ),
             spawn_points=self._spawn_points(),
         )
+
+    def _await_others(self) -> None:
+        """Have dead ends respected from which places are still to be reached."""
+        self.ground = replace(self.ground, wanted=frozenset(arrival.node for arrival in self.arrivals.values()))
 
     def _stops(self) -> list[Vertex]:
         return [vertex for vertex in self.level.vertices if vertex.stop and (vertex.name or vertex.needed)]
@@ -267,7 +284,7 @@ def _corridor(network: Network, way: Way, called: dict[str, str], name: str) -> 
 
 def _one_way_findings(building: BuildingMap) -> list[Finding]:
     """Doors from which one-way corridors do not let robots come to the others and back."""
-    graph = nx.DiGraph()
+    graph: nx.DiGraph[str] = nx.DiGraph()
     for corridor in building.corridors:
         graph.add_edge(corridor.start, corridor.end)
         if not corridor.one_way:

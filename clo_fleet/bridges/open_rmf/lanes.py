@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import shapely
@@ -11,7 +12,7 @@ from clo_fleet.bridges.open_rmf.cells import rounded
 from clo_fleet.bridges.open_rmf.reading import Level, Skipped, Span
 from clo_fleet.world.model import Point
 
-__all__ = ["SAME", "Network", "Way", "crossings", "hub_network", "named", "split", "without_leaf"]
+__all__ = ["SAME", "Network", "Way", "crossings", "dead_ends", "hub_network", "named", "split", "without_leaf"]
 
 SAME = 0.25  # [m] vertices nearer to each other are one, and a vertex nearer to a lane is on it
 
@@ -60,6 +61,11 @@ class Network:
         """The first nodes behind doors."""
         return frozenset(way.other(door) for way in self.ways for door in way.ends & self.doors)
 
+    def without(self, ways: Iterable[Way]) -> "Network":
+        """Less some ways."""
+        gone = frozenset(ways)
+        return self.changed(self.nodes, (way for way in self.ways if way not in gone)) if gone else self
+
     def changed(self, nodes: Mapping[str, Point], ways: Iterable[Way]) -> "Network":
         """With other nodes and ways, less circles, doubles, and nodes that nothing leads to."""
         kept = _single(ways)
@@ -99,7 +105,19 @@ def without_leaf(network: Network, node: str) -> Network:
     ways = network.at(node)
     if len(ways) != 1 or len(network.ways) == 1:
         return network
-    return network.changed(network.nodes, (way for way in network.ways if way != ways[0]))
+    return network.without(ways)
+
+
+def dead_ends(network: Network, wanted: Set[str] = frozenset()) -> tuple[Way, ...]:
+    """The ways that lead to no door and no wanted node."""
+    live = dict.fromkeys(network.ways)
+    while True:
+        count = Counter(node for way in live for node in way.ends)
+        dead = [way for way in live if any(count[n] == 1 and n not in network.doors | wanted for n in way.ends)]
+        if not dead:
+            return tuple(way for way in network.ways if way not in live)
+        for way in dead:
+            del live[way]
 
 
 def named(node: str) -> bool:
@@ -160,7 +178,7 @@ def _single(ways: Iterable[Way]) -> tuple[Way, ...]:
     kept: dict[tuple[str, str, tuple[Point, ...]], Way] = {}
     for way in ways:
         key, back = (way.start, way.end, way.via), (way.end, way.start, way.via[::-1])
-        if way.start == way.end and len(way.via) < 2:
+        if way.start == way.end:
             continue
         if back in kept:
             kept[back] = replace(kept[back], one_way=False)

@@ -112,6 +112,7 @@ def slug(name: str) -> str:
     ('tinyrobot1_charger', 'p2nd_floor', '')
     """
     text = re.sub(r"[^a-z0-9_-]+", "_", name.lower())[:60].strip("_-")
+    text = re.sub(r"^zone-(?=[0-9]+$)", "zone_", text)  # zones have such names
     return f"p{text}" if text[:1].isdigit() else text
 
 
@@ -162,7 +163,7 @@ class _Reader:
         key: KeyPath = ("levels", name)
         self._mapping(key)
         pixels = self._list((*key, "vertices"), self._vertex)
-        if not pixels:
+        if not self._tuple((*key, "vertices")):
             self._fault((*key, "vertices"), "at least one vertex")
         size = len(pixels)
         spans = {
@@ -170,8 +171,8 @@ class _Reader:
             for kind in ("walls", "doors", "lanes", "measurements")
         }
         floors = self._list((*key, "floors"), lambda at, value: self._floor(at, value, size))
-        for kind, found in (("floors", floors), ("lanes", spans["lanes"]), ("measurements", spans["measurements"])):
-            if not found:
+        for kind in ("floors", "lanes", "measurements"):
+            if not self._tuple((*key, kind)):
                 self._fault((*key, kind), "at least one")
         models = self._list((*key, "models"), self._model)
         if self.faults:
