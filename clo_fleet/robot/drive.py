@@ -32,6 +32,7 @@ AT_GATE = 0.25  # [m] so near to the gate the way out begins
 AHEAD = 0.2  # [m] ahead on its line a robot aims in a doorway: less than in a room, it keeps to the line
 LOOK = 2.0  # [s] after which it looks anew where to wait
 WAITS = 0.2  # [m] so near to its waiting point a robot stands still
+STILL = 0.05  # [m/s] who wants to go no faster waits
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
 OFF_DOOR = 1.1  # [m] from a narrow door a vehicle is out of the way of who comes next
 COMING = 6.0  # [m] before a narrow door vehicles come first: this far they get while one passes out
@@ -226,7 +227,7 @@ class Drive:
             return Failed("blocked")
         if since >= 0.0:
             return Under(velocity, "a way through the room")
-        return Under(velocity, why if velocity == (0.0, 0.0) else "", direct=self.steering.pushes)
+        return Under(velocity, why if math.hypot(*velocity) < STILL else "", direct=self.steering.pushes)
 
     def _wait(self, body: Body, door: Door, place: int, why: str) -> Progress:
         """Stand beside the door; who is not next may stand anywhere else, but not in the way."""

@@ -78,7 +78,7 @@ def _steps(result: RunResult) -> Table:
     table.add_column("robot")
     for name in ("planned", "executed", "dropped", "failed", "planner calls", "replans", "repairs"):
         _number(table, name)
-    table.add_column("opportunities", min_width=13)
+    table.add_column("help by", min_width=7)
     table.add_column("goals", min_width=7)
     for name, robot in result.robots.items():
         more = robot.planned_again + robot.added
