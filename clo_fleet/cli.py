@@ -49,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
 
     run = commands.add_parser("run", help="run a world and say what happened")
     run.add_argument("world", type=Path, help="a world file (YAML)")
-    run.add_argument("--strategy", default="clo", help="clo (default), replan or replan-on-failure")
+    run.add_argument("--strategy", default="clo", help="clo (default), clo-as-printed, replan, replan-on-failure")
     run.add_argument("--seed", type=_count, help="overrides the world's seed")
     run.add_argument("--until", type=_seconds, metavar="SECONDS", help="longest simulated time")
     run.add_argument("--out", type=Path, metavar="DIR", help="default: runs/<world>-<strategy>-<seed>/")

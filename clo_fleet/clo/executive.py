@@ -235,13 +235,13 @@ class Executive:
     def _action_finished(self, event: ActionFinished) -> list[Command]:
         data = self._data
         step = self._mind.step(event.step)
-        was_cancelling, data.cancelling = data.cancelling, False
+        again, data.cancelling = data.cancelling or self._strategy.heeds_own_effects, False
         data.running = None
         data.plan.remove(step)
         data.beliefs = set(apply(data.beliefs, step.action))
         data.tally = data.tally.plus(executed=1)
         data.attempts = {}
-        return self._mind.revise(dict.fromkeys(step.action.adds | step.action.deletes)) if was_cancelling else []
+        return self._mind.revise(dict.fromkeys(step.action.adds | step.action.deletes)) if again else []
 
     def _action_failed(self, event: ActionFailed) -> list[Command]:
         data = self._data

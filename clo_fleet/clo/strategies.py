@@ -9,14 +9,16 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Protocol
 
-from clo_fleet.clo.links import End, Links, Unsupported
+from clo_fleet.clo.links import End, Links, Unsupported, causal_links
 from clo_fleet.clo.plan import Plan
-from clo_fleet.clo.repair import Repaired, repair
+from clo_fleet.clo.printed import opportunities, printed_links, printed_repair
+from clo_fleet.clo.repair import Drop, DropReason, Repaired, repair
 from clo_fleet.clo.task import Condition, Fact, fact_text
 
 __all__ = [
     "STRATEGIES",
     "Adopt",
+    "AsPrinted",
     "Clo",
     "Everything",
     "Keep",
@@ -95,6 +97,10 @@ class Strategy(Protocol):
     def name(self) -> str:
         """The name that users write."""
 
+    @property
+    def heeds_own_effects(self) -> bool:
+        """Whether it is asked as well about facts that the robot's own action has changed as expected."""
+
     def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
         """The facts worth sensing, given the plan's links and the effects of the running action."""
 
@@ -107,6 +113,7 @@ class Clo:
     """Causal-link opportunities: repair; ask the planner only if the repair is refused."""
 
     name: str = "clo"
+    heeds_own_effects: bool = False
 
     def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
         """Opportunities, guards and the effects of the running action."""
@@ -127,10 +134,44 @@ class Clo:
 
 
 @dataclass(frozen=True, slots=True)
+class AsPrinted:
+    """The paper's algorithms as they are printed, faults included (see ``printed``): a baseline.
+
+    For every opportunity that is true, expected or not, its links go, and the steps that have none left.
+    """
+
+    name: str = "clo-as-printed"
+    heeds_own_effects: bool = True
+
+    def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
+        """Opportunities and the effects of the running action; guards are left out, as in the paper."""
+        return frozenset(link.condition.fact for link in links.links) | running
+
+    def revise(self, situation: Situation) -> Revision:
+        """The plan without the steps whose links are all gone."""
+        steps = situation.plan
+        actions = tuple(step.action for step in steps)
+        links = printed_links(actions, situation.goals)
+        left = tuple(range(len(steps)))
+        because: dict[int, Fact] = {}
+        for fact in sorted(opportunities(links) & situation.state) if situation.changed else ():
+            rest = tuple(action if i in left else None for i, action in enumerate(actions))
+            stages, still = printed_repair(fact, rest, links)
+            because |= dict.fromkeys(set(left) - set(still), fact)
+            left, links = still, stages[-1]
+        if not because:
+            return Keep()
+        plan = tuple(steps[i] for i in left)
+        drops = tuple(Drop(steps[i], DropReason.NEEDLESS, (fact,)) for i, fact in sorted(because.items()))
+        return Adopt(Repaired(plan, drops, causal_links(situation.state, plan, situation.goals)))
+
+
+@dataclass(frozen=True, slots=True)
 class Replan:
     """The paper's baseline: plan again at any difference between what is seen and what was expected."""
 
     name: str = "replan"
+    heeds_own_effects: bool = False
 
     def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
         """All that the sensors reach."""
@@ -148,6 +189,7 @@ class ReplanOnFailure:
     """Plan again only when the plan cannot go on: an action failed, or the next one cannot start."""
 
     name: str = "replan-on-failure"
+    heeds_own_effects: bool = False
 
     def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
         """All that the sensors reach."""
@@ -159,7 +201,7 @@ class ReplanOnFailure:
 
 
 STRATEGIES: Mapping[str, Strategy] = MappingProxyType(
-    {strategy.name: strategy for strategy in (Clo(), Replan(), ReplanOnFailure())}
+    {strategy.name: strategy for strategy in (Clo(), AsPrinted(), Replan(), ReplanOnFailure())}
 )
 
 

@@ -8,6 +8,7 @@ from clo_fleet.clo.repair import Repaired
 from clo_fleet.clo.strategies import (
     STRATEGIES,
     Adopt,
+    AsPrinted,
     Clo,
     Everything,
     Keep,
@@ -53,6 +54,7 @@ def test_strategies_are_found_by_the_names_that_users_write() -> None:
     """And by these only; nobody can add to the table in passing."""
     assert {name: type(strategy) for name, strategy in STRATEGIES.items()} == {
         "clo": Clo,
+        "clo-as-printed": AsPrinted,
         "replan": Replan,
         "replan-on-failure": ReplanOnFailure,
     }

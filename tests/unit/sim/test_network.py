@@ -131,7 +131,8 @@ def test_bends_and_sharp_corners_pass_the_check(tmp_path: Path) -> None:
     build_network(building, path := tmp_path / "net.xml.gz")
     assert check_network(building, path) == ()
     junction = parsed(path).find("junction[@id='j']")
-    assert junction is not None and junction.attrib["type"] == "priority"
+    assert junction is not None
+    assert junction.attrib["type"] == "priority"
 
 
 def test_one_may_turn_round_only_where_a_corridor_just_ends(tmp_path: Path) -> None:
@@ -169,7 +170,8 @@ def test_no_lane_is_counted_too_short_for_a_robot(tmp_path: Path) -> None:
     )
     build_network(building, path := tmp_path / "net.xml.gz")
     lane = parsed(path).find("edge[@id='mid']/lane")
-    assert lane is not None and float(lane.attrib["length"]) == network.SHORTEST_LANE
+    assert lane is not None
+    assert float(lane.attrib["length"]) == network.SHORTEST_LANE
     a, b = lane_shape(path, "mid")
     assert dist(a, b) < network.SHORTEST_LANE
     assert check_network(building, path) == ()

@@ -41,7 +41,8 @@ def test_a_route_follows_edges_and_knows_its_length_and_time() -> None:
     """Backwards the edges carry a minus."""
     routes = Routes(building(IN, DIRECT, OUT))
     there, back = routes.fastest(W, E), routes.fastest(E, W)
-    assert there is not None and back is not None
+    assert there is not None
+    assert back is not None
     assert (there.start, there.end, there.edges) == (W, E, ("in", "direct", "out"))
     assert back.edges == ("-out", "-direct", "-in")
     assert there.length == pytest.approx(9.0)
@@ -63,7 +64,8 @@ def test_of_two_equally_fast_corridors_the_first_by_id_is_taken() -> None:
     """Not the first in the file."""
     twins = [corridor(name, W, E, (0.0, 0.0), (9.0, 0.0)) for name in ("c2", "c1", "c3")]
     route = Routes(building(*twins)).fastest(W, E)
-    assert route is not None and route.edges == ("c1",)
+    assert route is not None
+    assert route.edges == ("c1",)
 
 
 def test_where_no_way_leads_there_is_no_route() -> None:
