@@ -44,7 +44,7 @@ from clo_fleet.fleet.offers import Offers
 from clo_fleet.fleet.questions import Questions, Reply
 from clo_fleet.fleet.radio import Listener, RadioChannel
 from clo_fleet.robot.robot import Robot
-from clo_fleet.robot.senses import consequences, news, sight
+from clo_fleet.robot.senses import consequences, heeded, sight
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
@@ -103,7 +103,8 @@ class Conversation:
             executive = robot.executive
             seen = sight(self._site, self._truth, robot.id, self._world.perception, executive.beliefs)
             seen = consequences(seen, executive.beliefs)
-            flips = news(seen, executive.beliefs, executive.watch, robot.id, self._truth)
+            fresh = heeded(seen, executive.beliefs, executive.watch, robot.id)
+            flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
             own = self._effects(robot)
             self._radio.tell(self.time, listener, (*flips, *own), listeners)
@@ -150,15 +151,16 @@ class Conversation:
 
     def _hear(self, robot: Robot, flips: list[Flip]) -> None:
         """Believe what was heard of things that the robot watches and does not see for itself."""
-        beliefs, watch = robot.executive.beliefs, robot.executive.watch
+        beliefs = robot.executive.beliefs
         told = consequences({flip.fact: flip.value for flip in flips}, beliefs)
         causes = {flip.fact: flip.cause for flip in flips}
-        fresh = tuple(
+        fresh = heeded(told, beliefs, robot.executive.watch, robot.id)
+        flips = [
             Flip(fact, value, causes.get(fact) or self._truth.cause(fact))
-            for fact, value in sorted(told.items())
-            if (fact in beliefs) is not value and fact in watch and fact[0] != "at-robot"
-        )
-        self._learn(robot, fresh, "radio")
+            for fact, value in fresh.items()
+            if fact[0] != "at-robot"
+        ]
+        self._learn(robot, tuple(flips), "radio")
 
     def _learn(self, robot: Robot, flips: tuple[Flip, ...], source: str) -> None:
         waiting = {flip.fact for event in self._inbox[robot.id] if isinstance(event, Observed) for flip in event.flips}

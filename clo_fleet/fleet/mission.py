@@ -255,7 +255,7 @@ class Mission:
                 preferred=wanted[robot.id].velocity,
                 radius=robot.spec.radius,
                 max_speed=self._site.max_speed(robot.id),
-                group=self._site.place(robot.id),
+                group=str(self._site.floor(robot.id)),
             )
             for robot in bodies
         ]

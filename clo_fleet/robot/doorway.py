@@ -21,6 +21,7 @@ LANE = 0.35  # [m] from the middle of a wide door to the middle of what is kept 
 SIDE = 0.08  # [m] at least, between a robot's rim and the side of a door
 BESIDE = 0.05  # [m] at least, between who comes in and those who stand about
 WAITING = tuple((inside, right) for right in (0.95, -1.15, 1.7, -1.9) for inside in (1.0, 1.8, 2.6))  # [m] to the right
+NUDGED = 0.15  # [m] by which who comes in may push others aside, if it must
 BERTH = 0.2  # [m] at least, between those who pass and who stands out of their way
 DEPTH = 1.5  # [m] inside the door: so far those who pass need the floor to themselves
 RIM = 0.1  # [m] at least, between the rim of who has no right of way and the line of a door
@@ -47,12 +48,13 @@ def throat(door: Door, room: RoomId, radius: float, *, out: bool) -> Point:
     return _inner(door, room, 0.0 if is_wide(door) else -THROAT, lane(door, radius, out=out))
 
 
-def clear(site: Site, robot: RobotId, door: Door, room: RoomId) -> bool:
-    """Whether nobody stands where the robot is about to come in."""
+def clear(site: Site, robot: RobotId, door: Door, room: RoomId, *, nudge: bool = False) -> bool:
+    """Whether nobody stands where the robot is about to come in. ``nudge``: whether those at the side do not count."""
     radius = site.robot_radius(robot)
+    margin = -NUDGED if nudge else BESIDE
     begin, end = (gate(door, room, radius, out=False, inside=inside) for inside in (0.0, INSIDE))
     return all(
-        _off(site.pose(other).point, begin, end) > radius + site.robot_radius(other) + BESIDE
+        _off(site.pose(other).point, begin, end) > radius + site.robot_radius(other) + margin
         for other in site.bodies_in(room)
         if other != robot
     )

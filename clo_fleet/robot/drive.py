@@ -23,15 +23,18 @@ from clo_fleet.sim.doors import Way, is_wide
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import beyond, inner_point
-from clo_fleet.world.model import Door, DoorId, PlaceId, Point, RoomId
+from clo_fleet.world.model import Door, DoorId, PlaceId, Point, RobotId, RoomId
 
 __all__ = ["Drive"]
 
 ASK = 2.5  # [m] before the gate a robot asks for the doorway: far enough not to slow down if nobody is ahead
+READY = 2.0  # [m] from the door a robot may go before the first in the queue ...
+LATE = 3.0  # [m] ... if that one is still this far away: it may not get through the crowd
 AT_GATE = 0.25  # [m] so near to the gate the way out begins
 AHEAD = 0.2  # [m] ahead on its line a robot aims in a doorway: less than in a room, it keeps to the line
 LOOK = 2.0  # [s] after which it looks anew where to wait
 WAITS = 0.2  # [m] so near to its waiting point a robot stands still
+NUDGE_AFTER = 10.0  # [s] who has held before a door for so long comes in if it only has to nudge others aside
 STILL = 0.05  # [m/s] who wants to go no faster waits
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
 OFF_DOOR = 1.1  # [m] from a narrow door a vehicle is out of the way of who comes next
@@ -58,6 +61,7 @@ class Drive:
 
     Attributes:
         line: in a doorway, the points that it comes from and drives to.
+        held_since: since when it holds before the door and could pass if there were room [s]; negative: it does not.
         spot: where it waits beside the door, and since when that is so [s].
     """
 
@@ -68,6 +72,7 @@ class Drive:
     into: DoorId | None = None
     line: list[Point] = field(default_factory=list)
     spot: tuple[float, Point] | None = None
+    held_since: float = -1.0
     cancelling: bool = False
     steering: Steering = field(default_factory=Steering)
 
@@ -105,6 +110,7 @@ class Drive:
             "into": self.into,
             "line": [list(point) for point in self.line],
             "spot": [self.spot[0], list(self.spot[1])] if self.spot else None,
+            "held_since": self.held_since,
             "cancelling": self.cancelling,
         }
 
@@ -119,6 +125,7 @@ class Drive:
             into=state["into"],
             line=[(x, y) for x, y in state["line"]],
             spot=(state["spot"][0], tuple(state["spot"][1])) if state["spot"] else None,
+            held_since=state["held_since"],
             cancelling=state["cancelling"],
         )
 
@@ -131,7 +138,7 @@ class Drive:
         if math.dist(body.site.pose(body.id).point, target) < ASK:
             self.phase = Phase.QUEUE
             return self._queue(body)
-        return self._steer(body, target, "", stop=False)
+        return self._steer(body, target, "", onward=self._line_out(body, door)[0])
 
     def _queue(self, body: Body) -> Progress:
         """On through the gate if it may; else to a place beside the door, to wait there."""
@@ -140,16 +147,19 @@ class Drive:
         way = _way(door, self.start)
         here, target = site.pose(body.id).point, gate(door, self.start, spec.radius, out=True)
         first = site.doors.request(door.id, way, body.id)
-        place = site.doors.queue(door.id, way).index(body.id)
-        if not first:
-            ahead = site.doors.queue(door.id, way)[place - 1]
-            return self._wait(body, door, place, f"door {door.id}, after robot {ahead}")
+        queue = site.doors.queue(door.id, way)
+        if not first and _away(site, door, body.id) < READY and _away(site, door, queue[0]) > LATE:
+            site.doors.overtake(door.id, way, body.id)  # changes nothing if the first one passes already
+            queue = site.doors.queue(door.id, way)
+        if place := queue.index(body.id):
+            return self._wait(body, door, place, f"door {door.id}, after robot {queue[place - 1]}")
         obstacle = self._obstacle(body, door)
         near = math.dist(here, target) < AT_GATE or beyond(door, self.start, here)
         if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
             return self._wait(body, door, 0, obstacle)
         if obstacle or not near:
-            return self._steer(body, target, obstacle, stop=bool(obstacle))
+            onward = None if obstacle else self._line_out(body, door)[0]
+            return self._steer(body, target, obstacle, onward=onward)
         site.doors.request(door.id, way, body.id, urgent=True)
         self.line = [target, *self._line_out(body, door)]
         self.phase = Phase.PASS_IN if self.out == self.into else Phase.PASS_OUT
@@ -188,7 +198,8 @@ class Drive:
         way = Way.IN if self.goal == door.rooms[0] else Way.OUT
         if not site.doors.request(door.id, way, body.id, urgent=True):
             return Under(standing_for=f"door {door.id}, after robot {site.doors.queue(door.id, way)[0]}")
-        if not clear(site, body.id, door, self.goal):
+        self.held_since = body.time if self.held_since < 0.0 else self.held_since
+        if not clear(site, body.id, door, self.goal, nudge=body.time - self.held_since > NUDGE_AFTER):
             return Under(standing_for=f"room behind door {door.id}")
         held = site.pose(body.id).point
         site.admit(body.id)
@@ -209,7 +220,9 @@ class Drive:
 
     # ---- their parts ---------------------------------------------------------------------------------------
 
-    def _steer(self, body: Body, target: Point, why: str, *, stop: bool, near: float = 0.0) -> Progress:
+    def _steer(
+        self, body: Body, target: Point, why: str, *, near: float = 0.0, onward: Point | None = None
+    ) -> Progress:
         """To ``target`` through the room, not yet through the door. ``why``: what it waits for there."""
         site = body.site
         if (back := inward(site, body.spec, self.start)) is not None:
@@ -220,7 +233,7 @@ class Drive:
             if (lies := site.item_position(item)) is not None and math.dist(lies, target) < PUSHED
         ]
         velocity = self.steering.velocity(
-            site, body.spec, self.start, target, body.time, near=near, ignoring=pushed, stop=stop
+            site, body.spec, self.start, target, body.time, near=near, ignoring=pushed, onward=onward
         )
         since = self.steering.blocked_since
         if since >= 0.0 and body.time - since > GIVE_UP:
@@ -235,7 +248,7 @@ class Drive:
             return Under(standing_for=why)
         if self.spot is None or body.time - self.spot[0] >= LOOK:
             self.spot = (body.time, waiting_point(body.site, body.spec, door, self.start))
-        return self._steer(body, self.spot[1], why, stop=True, near=WAITS)
+        return self._steer(body, self.spot[1], why, near=WAITS)
 
     def _obstacle(self, body: Body, door: Door) -> str:
         """What keeps the robot whose turn it is from passing; empty: nothing."""
@@ -297,6 +310,10 @@ def _choose(body: Body, start: RoomId, goal: RoomId) -> tuple[DoorId, DoorId] | 
 def _door(site: Site, door: DoorId | None) -> Door:
     assert door is not None, "a drive chooses its doors before its first phase"
     return site.door(door)
+
+
+def _away(site: Site, door: Door, robot: RobotId) -> float:
+    return math.dist(site.pose(robot).point, door.position)
 
 
 def _way(door: Door, start: RoomId) -> Way:

@@ -8,14 +8,13 @@ knows everything.
 
 import math
 
-from clo_fleet.clo.messages import Flip
 from clo_fleet.clo.strategies import Watch
 from clo_fleet.clo.task import Fact
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world.model import Perception, PerceptionMode, RobotId, RoomId
 
-__all__ = ["consequences", "news", "sight"]
+__all__ = ["consequences", "heeded", "sight"]
 
 Seen = dict[Fact, bool]
 
@@ -75,17 +74,17 @@ def consequences(seen: Seen, beliefs: frozenset[Fact]) -> Seen:
     return ruled_out | seen
 
 
-def news(seen: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId, truth: Truth) -> tuple[Flip, ...]:
-    """Those of the facts seen that differ from what is believed and that the robot heeds, sorted.
+def heeded(told: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId) -> Seen:
+    """Those of the facts seen or heard that differ from what is believed and that the robot heeds, sorted.
 
     It heeds what it watches, itself, and where an object lies of which it does not know any more where it is.
     """
-    fresh = {fact: value for fact, value in sorted(seen.items()) if (fact in beliefs) is not value}
-    heeded = {fact for fact in fresh if fact in watch or _own(fact, robot)}
-    if lying := {fact for fact, value in fresh.items() if value and fact[0] == "at-object"} - heeded:
-        known = {_item(fact) for fact in beliefs - heeded if fact[0] in ("at-object", "holding")}
-        heeded |= {fact for fact in lying if _item(fact) not in known}
-    return tuple(Flip(fact, value, truth.cause(fact)) for fact, value in fresh.items() if fact in heeded)
+    fresh = {fact: value for fact, value in sorted(told.items()) if (fact in beliefs) is not value}
+    wanted = {fact for fact in fresh if fact in watch or _own(fact, robot)}
+    if lying := {fact for fact, value in fresh.items() if value and fact[0] == "at-object"} - wanted:
+        known = {_item(fact) for fact in beliefs - wanted if fact[0] in ("at-object", "holding")}
+        wanted |= {fact for fact in lying if _item(fact) not in known}
+    return {fact: value for fact, value in fresh.items() if fact in wanted}
 
 
 _SENSED = frozenset({"at-robot", "at-object", "prepared", "holding"})

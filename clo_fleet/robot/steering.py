@@ -19,13 +19,13 @@ RENEW = 1.0  # [s] a path is looked for anew this often, as others move
 LOOK_AHEAD = 0.35  # [m] along the line, about a robot's radius: it then cuts corners by less than its margins
 BRAKES = 0.8  # share of its acceleration on which a robot counts to stop; the rest is for what goes wrong
 TURNING = 0.3  # share of its speed that a robot keeps at least while it turns off
+SIGHT = 1.5  # [m] ahead turns are looked for: more than the way to slow down for one
 STANDING = 0.05  # [m/s] a robot slower than this is gone round, a faster one is avoided
 BERTH = 0.16  # [m] more round robots than round objects, so that avoidance lets one follow the path
 PROGRESS = 0.3  # [m] who has come this far gets on
 PATIENCE = 4.0  # [s] who has not got on for this long begins to push
 PUSHING = 3.0  # [s] for so long
 PUSH = 0.25  # [m/s] so fast
-NEAR = 3.0  # [m] robots further off than this are not gone round yet: it takes longer to get there than to look anew
 MOVED = 0.05  # [m] a target that moves by more than this is a new one
 OVERSHOOT = 0.05  # [m] paths end this far inside the distance that counts as near
 
@@ -57,6 +57,7 @@ def follow(
     if distance < 1e-9:
         return (0.0, 0.0)
     speed = site.max_speed(spec.id)
+    speed = min(speed, _corner_speed(here, line, speed, spec.max_acceleration))
     going = math.hypot(*now)
     if going > STANDING:
         speed *= max(TURNING, (now[0] * dx + now[1] * dy) / (going * distance))
@@ -79,6 +80,7 @@ class Steering:
 
     line: list[Point] = field(default_factory=list)
     target: Point = (math.inf, math.inf)
+    onward: Point | None = None
     found_at: float = -math.inf
     blocked_since: float = -1.0
     anchor: Point = (math.inf, math.inf)
@@ -87,7 +89,7 @@ class Steering:
 
     def velocity(
         self, site: Site, spec: RobotSpec, room: RoomId, target: Point, time: float, *,
-        near: float = 0.0, ignoring: Sequence[str] = (), stop: bool = True,
+        near: float = 0.0, ignoring: Sequence[str] = (), onward: Point | None = None,
     ) -> tuple[float, float]:  # fmt: skip
         """The wanted velocity toward ``target`` [m/s]; zero when within ``near`` of it, or while there is no way.
 
@@ -101,16 +103,18 @@ class Steering:
             time: now [s].
             near: how close is close enough [m].
             ignoring: objects and robots that are not to be gone round (the one that is the target).
-            stop: whether to stand there; else the robot comes by at speed.
+            onward: where it goes from there without a stop, if it does [m].
         """
         here = site.pose(spec.id).point
         if math.dist(here, target) <= near:
             return (0.0, 0.0)
-        if math.dist(target, self.target) > MOVED or time - self.found_at >= RENEW - 1e-9:
+        moved = math.dist(target, self.target) > MOVED or onward != self.onward
+        if moved or time - self.found_at >= RENEW - 1e-9:
+            self.onward = onward
             self._look(site, spec, room, here, target, time, near, ignoring)
         if not self.line:
             return (0.0, 0.0)
-        velocity = follow(site, spec, self.line, stop=stop)
+        velocity = follow(site, spec, self.line, stop=onward is None)
         self._heed(here, math.hypot(*velocity), time)
         if self.pushes:
             slower = min(1.0, PUSH / math.hypot(*velocity))
@@ -130,7 +134,7 @@ class Steering:
                 way = paths.path(here, free, spec.radius, discs)
             if way is not None:
                 self.blocked_since = -1.0
-                self.line = [here, *(way or (here,))]
+                self.line = [here, *(way or (here,)), *([] if self.onward is None else [self.onward])]
                 return
         self.line = []
         self.blocked_since = time if self.blocked_since < 0.0 else self.blocked_since
@@ -149,13 +153,11 @@ def _things(site: Site, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
 
 
 def _standing(site: Site, robot: RobotId, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
-    """The other robots near by that do not move; those far off may be gone until one gets there."""
-    here = site.pose(robot).point
+    """The other robots that do not move. All of them: who sees only those near by runs to and fro between them."""
     return [
-        (there, site.robot_radius(other))
+        (site.pose(other).point, site.robot_radius(other))
         for other in site.bodies_in(room)
         if other != robot and other not in ignoring and site.speed(other) < STANDING
-        if math.dist(here, there := site.pose(other).point) < NEAR
     ]
 
 
@@ -173,6 +175,19 @@ def _ahead(here: Point, line: Sequence[Point], ahead: float) -> tuple[Point, flo
             return aim, piece - ahead + rest
         last, ahead = line[number], ahead - piece
     return last, 0.0
+
+
+def _corner_speed(here: Point, line: Sequence[Point], top: float, acceleration: float) -> float:
+    """The speed that leaves time to slow down for the turns ahead [m/s]: the sharper, the slower they are taken."""
+    speed, way, i = top, math.dist(here, line[1]), 1
+    while i < len(line) - 1 and way < SIGHT:
+        (ax, ay), (bx, by), (cx, cy) = line[i - 1 : i + 2]
+        inward, outward = math.dist(line[i - 1], line[i]), math.dist(line[i], line[i + 1])
+        dot = (bx - ax) * (cx - bx) + (by - ay) * (cy - by)
+        corner = top * max(TURNING, dot / max(inward * outward, 1e-9))
+        speed = min(speed, math.sqrt(corner * corner + 2.0 * BRAKES * acceleration * way))
+        way, i = way + outward, i + 1
+    return speed
 
 
 def _off(here: Point, begin: Point, end: Point) -> float:

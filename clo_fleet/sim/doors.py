@@ -1,4 +1,4 @@
-"""Right of way at doors: who may pass, first come first served.
+"""Right of way at doors: who may pass, first come first served, as long as who came first is there.
 
 A door is a shared resource. A wide one is passed in both directions at once, keeping to the right; a narrow one by one
 robot at a time, through the middle. A robot asks before it passes, and gives back when it is through; nobody
@@ -50,10 +50,15 @@ class Doors:
         if robot not in queue:
             queue.append(robot)
         if urgent and robot not in self._urgent:
+            self.overtake(door, way, robot)
             self._urgent.add(robot)
-            queue.remove(robot)
-            queue.insert(sum(other in self._urgent for other in queue), robot)
         return queue[0] == robot
+
+    def overtake(self, door: DoorId, way: Way, robot: RobotId) -> None:
+        """Let a robot that has asked go before all who are not urgent."""
+        queue = self._queues[self._lane(door, way)]
+        queue.remove(robot)
+        queue.insert(sum(other in self._urgent for other in queue), robot)
 
     def release(self, door: DoorId, way: Way, robot: RobotId) -> None:
         """Leave the queue: through, or no longer interested."""

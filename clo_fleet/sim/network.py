@@ -44,7 +44,7 @@ __all__ = [
 ]
 
 LANE_WIDTH = 0.7  # [m] per direction; a robot is 0.6 m wide
-JUNCTION_RADIUS = 0.3  # [m]; netconvert's default of 4 m eats short corridors
+JUNCTION_RADIUS = 0.6  # [m]; netconvert's 4 m eats short corridors; below 0.6 m opposing left-turners overlap
 SHORTEST_LANE = 1.2  # [m]; a robot and its gap need 1.1. Measured: a grid with lanes of 0.2 m froze, with 1.2 it flowed
 TIME_LIMIT = 120.0  # real seconds for netconvert, which needs one for 400 junctions
 LARGEST_NETWORK = 1 << 28  # bytes unpacked; a file beyond it is not one of ours

@@ -157,7 +157,13 @@ class Witness:
             inside = [room for room, outline in self.rooms.items() if outline.covers(shapely.Point(pose.point))]
             known = [fact[2] for fact in self.mission.facts if fact[:2] == ("at-robot", robot)]
             assert len(known) == 1
-            assert known[0] in {*inside} or (known[0] == ZONE and not inside), (robot, self.run.time, pose, known, inside)
+            assert known[0] in {*inside} or (known[0] == ZONE and not inside), (
+                robot,
+                self.run.time,
+                pose,
+                known,
+                inside,
+            )
             found.add(("at-robot", robot, known[0]))
         for spec in self.world.objects:
             carrier = self.mission.site.rooms.carrier(spec.id)

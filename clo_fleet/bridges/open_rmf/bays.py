@@ -1,8 +1,8 @@
 """Bays: small rooms made out of the hub, so that robots can act where the building's places are.
 
 In this fleet robots prepare, grasp and place things in rooms only, yet many buildings have their dispensers and parking
-places in the middle of the floor. So each such vertex gets a bay, a rectangle of free floor of at most 3 m x 3 m at or
-near the vertex, with a door onto the corridors. A bay's outline and walls are virtual: nothing stands there in the
+places in the middle of the floor. So each such vertex gets a bay, a rectangle of free floor of at most 7 m2 at or near the
+vertex, with a door onto the corridors. A bay's outline and walls are virtual: nothing stands there in the
 building, but robots in the simulation do not drive through them. Bays keep clear of corridors, walls and each other.
 """
 
@@ -16,19 +16,23 @@ from shapely.affinity import rotate
 
 from clo_fleet.bridges.open_rmf.cells import DOOR_WIDTHS, JAMB, mouth, rounded
 from clo_fleet.bridges.open_rmf.corridors import DOORWAY, HALF_BAND, Ground, attached
-from clo_fleet.bridges.open_rmf.lanes import Network
+from clo_fleet.bridges.open_rmf.lanes import Network, dead_ends
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, Room, RoomId
 from clo_fleet.world.outlines import outward_headings
 
 __all__ = ["FOOTHOLD", "Bay", "Wish", "bay_at"]
 
-SIDES = (1.3, 1.6, 2.0, 2.5, 3.0)  # [m] of the rectangles that are tried
+SIDES = (1.3, 1.6, 2.0, 2.5, 3.0, 3.5, 4.0)  # [m] of the rectangles that are tried
+LARGEST = 7.2  # [m2], such as 3 m x 2.4 m
 REACH = 2.0  # [m] from the vertex to the middles of these
 STEP = 0.2  # [m] between the middles
 GROWTH = 0.05  # [m] by which good ones then grow
 GAP = 0.05  # [m] between bays, and between bays and corridors
 FOOTHOLD = 0.4  # [m] a robot's radius and some more
 OTHERS = 0.75  # [m] round places that it must leave alone
+ASIDE = 0.5  # [m] from a robot's middle to the way through a door, where it stands in nobody's way
+STANDING = 1.0  # [m2] for robots to stand on are enough
+STANDING_PRICE = 4.0  # [m2] of floor that each m2 of this counts for
 AWAY_PRICE = 4.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
 YARD = 3.0  # [m] between a bay and the lanes, for its door's stub and for the next bay
 YARD_PRICE = 0.5  # [m2] of floor that each metre of it counts for
@@ -107,18 +111,25 @@ def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
         candidates += [(_score(grown, wish.point, lanes), room) for room, grown in rooms.items()]
     best: tuple[float, Bay] | None = None
     for score, room in sorted(candidates, key=lambda item: (-item[0], item[1].outline)):
-        if best is not None and score <= best[0]:
+        if best is not None and score + STANDING_PRICE * STANDING <= best[0]:
             break
         for bay, harm in _with_doors(room, wish, network, ground):
-            value = score - HARM_PRICE * (harm - before)
+            value = score - HARM_PRICE * (harm - before) + STANDING_PRICE * min(_standing(bay), STANDING)
             if harm - before < wish.most_harm and (best is None or value > best[0]):
                 best = (value, bay)
     return best[1] if best else None
 
 
+def _standing(bay: Bay) -> float:
+    """How much floor there is for the middles of robots that stand in nobody's way [m2]."""
+    floor = shapely.Polygon(bay.room.outline).buffer(-FOOTHOLD, join_style="mitre")
+    return float(floor.difference(mouth(bay.door, -DOORWAY - ASIDE, DOORWAY, ASIDE)).area)
+
+
 def _free(wish: Wish, network: Network, ground: Ground) -> shapely.Geometry:
     """The floor round a place that no corridor, room, doorway or other place needs."""
-    lines = [shapely.LineString(network.line(way)).buffer(HALF_BAND + GAP, cap_style="flat") for way in network.ways]
+    used = network
+    lines = [shapely.LineString(used.line(way)).buffer(HALF_BAND + GAP, cap_style="flat") for way in used.ways]
     taken = [block.buffer(GAP, join_style="mitre") for block in ground.blocks()]
     taken += [shapely.Point(place).buffer(OTHERS) for place in wish.elsewhere]
     reach = shapely.Point(wish.point).buffer(REACH + max(SIDES))
@@ -151,6 +162,7 @@ def _fitting(free: shapely.Geometry, point: Point) -> list[shapely.Polygon]:
         for x, y in middles
         for width in SIDES
         for depth in SIDES
+        if width * depth <= LARGEST
     ]
     boxes = shapely.box(*zip(*bounds, strict=True))
     shapely.prepare(free)
@@ -169,7 +181,8 @@ def _grown(box: shapely.Polygon, free: shapely.Geometry) -> shapely.Polygon:
     for side in range(4):
         while True:
             wider = [*bounds[:side], bounds[side] + (GROWTH if side > 1 else -GROWTH), *bounds[side + 1 :]]
-            fits = max(wider[2] - wider[0], wider[3] - wider[1]) <= max(SIDES) + 1e-9
+            width, depth = wider[2] - wider[0], wider[3] - wider[1]
+            fits = max(width, depth) <= max(SIDES) + 1e-9 and width * depth <= LARGEST
             if not fits or not free.covers(shapely.box(*wider)):
                 break
             bounds = wider

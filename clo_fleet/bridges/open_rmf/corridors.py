@@ -85,7 +85,9 @@ class Ground:
         crossed = crossings(network, [self._strip(network.line(way)).middle for way in network.ways])
         blocks = self.blocks()
         bands = [strip.band for strip in strips]
-        band_of, block_of = shapely.STRtree(blocks).query(bands, predicate="intersects") if blocks else ((), ())
+        band_of, block_of = (
+            shapely.STRtree(blocks).query(bands, predicate="intersects") if blocks and bands else ((), ())
+        )
         blocked = sum(bands[i].intersection(blocks[j]).area for i, j in zip(band_of, block_of, strict=True))
         driven = sum(strip.middle.length for strip in strips)
         harm = sum(strip.walled for strip in strips) + blocked + LENGTH_PRICE * driven + CROSSING * len(crossed)
@@ -274,13 +276,14 @@ def _along(line: tuple[Point, ...], reach: float) -> Point:
 def _smooth(network: Network, ground: Ground) -> Network:
     """Without bends close to junctions, where ways cut each other's corners off anyway, as far as walls allow."""
     for way in network.ways:
-        keep_first, keep_last = way.start in network.doors, way.end in network.doors
-        kept = [
+        ends = [network.nodes[way.start], network.nodes[way.end]]
+        of_doors = {0} if way.start in network.doors else set()
+        of_doors |= {len(way.via) - 1} if way.end in network.doors else set()
+        kept = (
             bend
             for number, bend in enumerate(way.via)
-            if (math.dist(bend, network.nodes[way.start]) > CUT or (keep_first and number == 0))
-            and (math.dist(bend, network.nodes[way.end]) > CUT or (keep_last and number == len(way.via) - 1))
-        ]
+            if number in of_doors or all(math.dist(bend, end) > CUT for end in ends)
+        )
         smooth = replace(way, via=tuple(kept))
         if ground.hub.covers(shapely.LineString(network.line(smooth))):
             network = network.changed(network.nodes, (smooth if old == way else old for old in network.ways))

@@ -17,7 +17,7 @@ from clo_fleet.bridges.open_rmf.lanes import Network, Way, hub_network, without_
 from clo_fleet.bridges.open_rmf.reading import Level, OpenRmfError, Skipped, Vertex, read_level
 from clo_fleet.bridges.open_rmf.relaxing import relaxed
 from clo_fleet.errors import CloFleetError
-from clo_fleet.sim.network import build_network
+from clo_fleet.sim.network import NetworkBuildError, build_network, check_network
 from clo_fleet.world.checks import map_findings
 from clo_fleet.world.faults import Fault, Finding, key_text
 from clo_fleet.world.map_file import write_map
@@ -92,9 +92,11 @@ def import_building(path: Path, *, level: str | None = None) -> Imported:
     draft.free_stops(node_of)
     draft.attach(found)
     draft.add_bays(node_of)
+    joined = sum(len(door.rooms) == 1 for door in draft.doors)
+    if joined < 2:
+        expected = "two rooms or places (dispensers, chargers, parking) that lanes join, with space for robots"
+        raise refuse([Finding(("levels", drawing.name), expected, f"{joined} of them")])
     building = draft.building(path.name.partition(".")[0])
-    if not any(len(door.rooms) == 1 for door in building.doors):
-        raise refuse([Finding(("levels", drawing.name), "a room, dispenser, charger or parking place at the lanes")])
     findings = (*map_findings(building), *_one_way_findings(building))
     if findings:
         raise refuse(findings)
@@ -127,6 +129,9 @@ def import_to_folder(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         build_network(imported.building, network)
+        if faults := check_network(imported.building, network):
+            network.unlink()
+            raise NetworkBuildError(imported.building.name, f"the drawing's lanes are too crooked: {faults[0]}")
     except OSError as error:
         raise FileWriteError(network, error.strerror or str(error)) from error
     imported = replace(imported, building=replace(imported.building, network=network))

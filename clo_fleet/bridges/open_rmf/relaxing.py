@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from clo_fleet.bridges.open_rmf.cells import rounded
 from clo_fleet.bridges.open_rmf.corridors import SHORTEST_STUB, SHORTEST_WAY, Ground
-from clo_fleet.bridges.open_rmf.lanes import Network, Way
+from clo_fleet.bridges.open_rmf.lanes import Network
 from clo_fleet.world.model import Point
 from clo_fleet.world.outlines import length
 
@@ -38,7 +38,7 @@ def relaxed(network: Network, ground: Ground) -> Network:
         for _ in range(PASSES):
             before = best
             for handle in handles:
-                for network_moved, place in list(_shifts(network, handle, step)):
+                for network_moved, place in list(_shifts(network, ground, handle, step)):
                     drift = DRIFT_PRICE * math.dist(place, drawn[handle])
                     harm = ground.harm(network_moved) + sum(away.values()) - away[handle] + drift
                     if harm < best - 1e-6:
@@ -53,21 +53,26 @@ def _place(network: Network, handle: _Handle) -> Point:
     return network.nodes[handle.node] if handle.node else network.ways[handle.way].via[handle.bend]
 
 
-def _shifts(network: Network, handle: _Handle, step: float) -> Iterator[tuple[Network, Point]]:
+def _shifts(network: Network, ground: Ground, handle: _Handle, step: float) -> Iterator[tuple[Network, Point]]:
     """The network with the point moved by a step each way that it may go, and where the point is then."""
-    x, y = _place(network, handle)
-    door = _door_before(network, handle)
-    directions = ASIDE
-    if door is not None:
-        ux, uy = ((x - door[0]) / math.dist((x, y), door), (y - door[1]) / math.dist((x, y), door))
-        directions = ((ux, uy), (-ux, -uy))
-    for dx, dy in directions:
-        place = rounded((x + step * dx, y + step * dy))
-        if door is not None and math.dist(place, door) < SHORTEST_STUB:
-            continue
+    for place in _places(network, ground, handle, step):
         moved = _with(network, handle, place)
         if all(length(moved.line(way)) >= SHORTEST_WAY for way in moved.ways):
             yield moved, place
+
+
+def _places(network: Network, ground: Ground, handle: _Handle, step: float) -> Iterator[Point]:
+    """Where the point may go: anywhere, or to and fro in front of its door; nowhere if it is in front of two."""
+    x, y = _place(network, handle)
+    doors = [ground.doors[door] for door in _doors_before(network, handle)]
+    if not doors:
+        yield from (rounded((x + step * dx, y + step * dy)) for dx, dy in ASIDE)
+    elif len(doors) == 1:
+        (door_x, door_y), heading = doors[0].position, doors[0].heading
+        out = math.dist((x, y), (door_x, door_y))
+        for reach in (out - step, out + step):
+            if reach >= SHORTEST_STUB:
+                yield rounded((door_x + reach * math.cos(heading), door_y + reach * math.sin(heading)))
 
 
 def _with(network: Network, handle: _Handle, place: Point) -> Network:
@@ -79,22 +84,15 @@ def _with(network: Network, handle: _Handle, place: Point) -> Network:
     return Network(network.nodes, tuple(ways), network.doors)
 
 
-def _door_before(network: Network, handle: _Handle) -> Point | None:
-    """The door whose corridor runs straight up to the point."""
-
-    def doors(way: Way, number: int) -> Iterator[Point]:
-        line = network.line(way)
-        if number == 1 and way.start in network.doors:
-            yield line[0]
-        if number == len(line) - 2 and way.end in network.doors:
-            yield line[-1]
-
+def _doors_before(network: Network, handle: _Handle) -> set[str]:
+    """The doors whose corridors run straight up to the point."""
+    found = set()
     for k, way in enumerate(network.ways):
         if handle.way == k:
-            return next(doors(way, handle.bend + 1), None)
-        if handle.node in way.ends:
-            number = 0 if way.start == handle.node else len(way.via) + 1
-            found = next(doors(way, number), None)
-            if found is not None:
-                return found
-    return None
+            places = [handle.bend + 1]
+        else:
+            places = [0] * (way.start == handle.node) + [len(way.via) + 1] * (way.end == handle.node)
+        for place in places:
+            found |= {way.start} if place == 1 else set()
+            found |= {way.end} if place == len(way.via) else set()
+    return found & network.doors

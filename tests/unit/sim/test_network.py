@@ -82,9 +82,9 @@ def test_a_network_has_an_edge_for_each_direction_and_passes_its_check(plus_file
 
 
 def test_lanes_run_to_the_right_of_the_centre_line_from_the_very_door(plus_file: Path) -> None:
-    """Eastbound is south of the centre line, westbound north; the junction takes 1 m."""
-    assert lane_shape(plus_file, "c-west") == [(-8.0, -0.35), (-1.0, -0.35)]
-    assert lane_shape(plus_file, "-c-west") == [(-1.0, 0.35), (-8.0, 0.35)]
+    """Eastbound is south of the centre line, westbound north; the junction takes 1.3 m."""
+    assert lane_shape(plus_file, "c-west") == [(-8.0, -0.35), (-1.3, -0.35)]
+    assert lane_shape(plus_file, "-c-west") == [(-1.3, 0.35), (-8.0, 0.35)]
 
 
 def test_where_corridors_cross_everybody_stops_and_nobody_turns_round(plus_file: Path) -> None:
@@ -181,8 +181,8 @@ def test_no_lane_is_counted_too_short_for_a_robot(tmp_path: Path) -> None:
     ("old", "new", "fault"),
     [
         ('id="c-west"', 'id="c-waste"', "edge 'c-waste' is no corridor of the map"),
-        ('length="7.000" width="0.700" shape="-8', 'length="9.300" width="0.700" shape="-8', "'c-west' is 9.3 m long"),
-        ('length="7.000" width="0.700" shape="-8', 'length="-7" width="0.700" shape="-8', "'c-west' is -7 m long"),
+        ('length="6.700" width="0.700" shape="-8', 'length="9.300" width="0.700" shape="-8', "'c-west' is 9.3 m long"),
+        ('length="6.700" width="0.700" shape="-8', 'length="-7" width="0.700" shape="-8', "'c-west' is -7 m long"),
         ('id="west" type="dead_end" x="-8.000"', 'id="west" type="dead_end" x="-8.100"', "node 'west' is not at"),
         ('shape="-8.000,-0.350 ', 'shape="-8.000,-2.000 ', "edge 'c-west' runs 2.00 m beside its corridor"),
         ('id="c-west_0" index="0" speed="1.500"', 'id="c-west_0" index="0" speed="9"', "allows 9 m/s instead of 1.5"),
