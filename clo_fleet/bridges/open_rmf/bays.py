@@ -1,9 +1,9 @@
 """Bays: small rooms made out of the hub, so that robots can act where the building's places are.
 
 In this fleet robots prepare, grasp and place things in rooms only, yet many buildings have their dispensers and parking
-places in the middle of the floor. So each such vertex gets a bay, a rectangle of free floor of at most 7 m2 at or near the
-vertex, with a door onto the corridors. A bay's outline and walls are virtual: nothing stands there in the
-building, but robots in the simulation do not drive through them. Bays keep clear of corridors, walls and each other.
+places in the middle of the floor. So each such vertex gets a bay: a rectangle of free floor of at most 7 m2 at or near
+the vertex, with a door onto the corridors. A bay's outline and walls are virtual: nothing stands there in the building,
+but robots in the simulation do not drive through them. Bays keep clear of corridors, walls and each other.
 """
 
 import math
@@ -16,7 +16,7 @@ from shapely.affinity import rotate
 
 from clo_fleet.bridges.open_rmf.cells import DOOR_WIDTHS, JAMB, mouth, rounded
 from clo_fleet.bridges.open_rmf.corridors import DOORWAY, HALF_BAND, Ground, attached
-from clo_fleet.bridges.open_rmf.lanes import Network, dead_ends
+from clo_fleet.bridges.open_rmf.lanes import Network
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, Room, RoomId
 from clo_fleet.world.outlines import outward_headings
 
@@ -34,8 +34,8 @@ ASIDE = 0.5  # [m] from a robot's middle to the way through a door, where it sta
 STANDING = 1.0  # [m2] for robots to stand on are enough
 STANDING_PRICE = 4.0  # [m2] of floor that each m2 of this counts for
 AWAY_PRICE = 4.0  # [m2] of floor that each metre counts for that the bay is away from its vertex
-YARD = 3.0  # [m] between a bay and the lanes, for its door's stub and for the next bay
-YARD_PRICE = 0.5  # [m2] of floor that each metre of it counts for
+YARD = 2.6  # [m] between a bay and the lanes, for its door's stub and for the next bay
+YARD_PRICE = 1.5  # [m2] of floor that each metre of it counts for
 HARM_PRICE = 4.0  # [m2] of floor that each m2 of harm to the corridors counts for
 PASSAGE = 0.45  # [m] on both sides of a door's middle that must be free of walls; its jambs may be in them
 TRIED = 8  # rectangles in each direction for which doors are tried
@@ -106,7 +106,7 @@ def bay_at(wish: Wish, network: Network, ground: Ground) -> Bay | None:
         rooms: dict[Room, shapely.Polygon] = {}
         for box in boxes:
             if len(rooms) < TRIED:
-                grown = _grown(box, turned)
+                grown = _grown(box, turned, lanes)
                 rooms[_room(frame.back(grown), wish.room)] = grown
         candidates += [(_score(grown, wish.point, lanes), room) for room, grown in rooms.items()]
     best: tuple[float, Bay] | None = None
@@ -128,8 +128,7 @@ def _standing(bay: Bay) -> float:
 
 def _free(wish: Wish, network: Network, ground: Ground) -> shapely.Geometry:
     """The floor round a place that no corridor, room, doorway or other place needs."""
-    used = network
-    lines = [shapely.LineString(used.line(way)).buffer(HALF_BAND + GAP, cap_style="flat") for way in used.ways]
+    lines = [shapely.LineString(network.line(way)).buffer(HALF_BAND + GAP, cap_style="flat") for way in network.ways]
     taken = [block.buffer(GAP, join_style="mitre") for block in ground.blocks()]
     taken += [shapely.Point(place).buffer(OTHERS) for place in wish.elsewhere]
     reach = shapely.Point(wish.point).buffer(REACH + max(SIDES))
@@ -175,15 +174,17 @@ def _score(box: shapely.Polygon, point: Point, lanes: shapely.Geometry) -> float
     return float(box.area - AWAY_PRICE * away + YARD_PRICE * min(box.distance(lanes), YARD))
 
 
-def _grown(box: shapely.Polygon, free: shapely.Geometry) -> shapely.Polygon:
-    """The rectangle made larger while it fits."""
+def _grown(box: shapely.Polygon, free: shapely.Geometry, lanes: shapely.Geometry) -> shapely.Polygon:
+    """The rectangle made larger while it fits, and while it leaves a yard if there was one."""
+    yard = YARD if box.distance(lanes) >= YARD else 0.0
     bounds = list(box.bounds)
     for side in range(4):
         while True:
             wider = [*bounds[:side], bounds[side] + (GROWTH if side > 1 else -GROWTH), *bounds[side + 1 :]]
             width, depth = wider[2] - wider[0], wider[3] - wider[1]
             fits = max(width, depth) <= max(SIDES) + 1e-9 and width * depth <= LARGEST
-            if not fits or not free.covers(shapely.box(*wider)):
+            larger = shapely.box(*wider)
+            if not fits or not free.covers(larger) or larger.distance(lanes) < yard:
                 break
             bounds = wider
     return shapely.box(*bounds)

@@ -253,13 +253,17 @@ class _Draft:
 
     def _spawn_points(self) -> tuple[SpawnPoint, ...]:
         """A spawn point at each place, or as near to it as its room allows."""
-        found, names = [], Names()
+        found: list[SpawnPoint] = []
+        names = Names()
         made = {room.id: room for room in self.rooms}
         for vertex in self._stops():
             room = self._room_at(vertex) or next((made[i] for i in made if i == vertex.id), None)
             doors = [door for door in self.doors if room and room.id in door.rooms]
-            point = _standing(room, doors, vertex.point) if room else None
+            others = [spawn.pose.point for spawn in found if room and spawn.room == room.id]
+            point = _standing(room, doors, others, vertex.point) if room else None
             if room is None or point is None:
+                if room is not None:
+                    self.skipped.append(Skipped("spawn point", vertex.id, f"room {room.id} has no space for it"))
                 continue
             x, y = min((door.position for door in doors), key=lambda place: math.dist(place, point))
             heading = round(math.atan2(y - point[1], x - point[0]), 3)
@@ -267,9 +271,10 @@ class _Draft:
         return tuple(found)
 
 
-def _standing(room: Room, doors: list[Door], wish: Point) -> Point | None:
-    """The place nearest to the wish where a robot may stand, out of the way of doors if possible."""
+def _standing(room: Room, doors: list[Door], others: list[Point], wish: Point) -> Point | None:
+    """The place nearest to the wish where a robot may stand beside others, out of the way of doors if possible."""
     floor = shapely.Polygon(room.outline, room.obstacles).buffer(-FOOTHOLD, join_style="mitre")
+    floor = floor.difference(shapely.union_all([shapely.Point(other).buffer(2 * FOOTHOLD) for other in others]))
     ways = [mouth(door, -DOORWAY - ASIDE, DOORWAY, ASIDE) for door in doors]
     aside = floor.difference(shapely.union_all(ways))
     best = floor if aside.is_empty else aside
