@@ -1,7 +1,7 @@
 """Standing out of the way: a robot that has nothing to drive to keeps the doors free for others.
 
 It stays where it is, also if others push it a little, unless that is in front of a door; then it goes to the
-nearest free place that is not.
+nearest free place that is not. In a room too small for that it goes to the corner that is furthest from the doors.
 """
 
 import math
@@ -14,13 +14,15 @@ from clo_fleet.robot.skill import Under
 from clo_fleet.robot.steering import Steering
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import in_front
-from clo_fleet.world.model import Point, RobotSpec
+from clo_fleet.world.model import Point, RobotSpec, RoomId
 
 __all__ = ["StandAside"]
 
 ROOM = 0.2  # [m] between a robot's rim and the floor in front of a door
 LEAVE = 0.1  # [m] it goes on a little further than it must, lest it starts anew at the next touch
 AROUND = 6.0  # [m] in which it looks for a place
+SNUG = 0.05  # [m] about it in a room that has no better place
+BETTER = 0.15  # [m] further from the doors: worth a move in a room that has no place out of their way
 RENEW = 3.0  # [s] after which it looks for another one, if it has not got there
 
 
@@ -45,8 +47,7 @@ class StandAside:
             self.spot = None
             return Under()
         if self.spot is None or time - self.chosen_at >= RENEW:
-            free = site.rooms.free_spot(here, spec.radius + ROOM + LEAVE, room, within=AROUND)
-            self.spot, self.chosen_at = free or here, time
+            self.spot, self.chosen_at = _place(site, spec, room, here), time
         velocity = self.steering.velocity(site, spec, room, self.spot, time)
         return Under(velocity, direct=self.steering.pushes)
 
@@ -60,3 +61,25 @@ class StandAside:
         if state["spot"] is None:
             return cls()
         return cls(spot=(state["spot"][0], state["spot"][1]), chosen_at=state["chosen_at"])
+
+
+def _place(site: Site, spec: RobotSpec, room: RoomId, here: Point) -> Point:
+    """Where to stand, or where it stands already if nothing is better."""
+    for margin in (ROOM + LEAVE, SNUG):
+        free = site.rooms.free_spot(here, spec.radius + margin, room, within=AROUND)
+        if free is not None:
+            return free
+    doors = [door.position for door in site.doors_of(room)]
+    others = [site.pose(other).point for other in site.bodies_in(room) if other != spec.id]
+
+    def away(point: Point) -> float:
+        return min(math.dist(point, door) for door in doors)
+
+    corners = (site.paths(room).nearest_free(corner, spec.radius) for corner in site.room(room).outline)
+    free_corners = [
+        corner
+        for corner in corners
+        if corner is not None and all(math.dist(corner, other) > 2 * spec.radius + SNUG for other in others)
+    ]
+    best = max(free_corners, key=away, default=here)
+    return best if away(best) > away(here) + BETTER else here
