@@ -27,7 +27,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return command(options)
     except CloFleetError as error:
-        print(f"clo-fleet: {error}", file=sys.stderr)
+        from clo_fleet.world.faults import FileFaultsError
+
+        of_a_file = isinstance(error, FileFaultsError)  # each line begins with its place, for editors to jump to
+        print(error if of_a_file else f"clo-fleet: {error}", file=sys.stderr)
         return BAD_INPUT
     except BrokenPipeError:  # whoever read our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
