@@ -88,7 +88,11 @@ class Mission:
 
     def __enter__(self) -> Self:
         self.questions.__enter__()
-        self._site.__enter__()
+        try:
+            self._site.__enter__()
+        except BaseException:
+            self.questions.close()
+            raise
         return self
 
     def __exit__(

@@ -35,7 +35,9 @@ class EventLog:
 
     def __init__(self, path: Path | None = None) -> None:
         self.events: list[Recorded] = []
-        self._file: TextIO | None = path.open("w", encoding="utf-8", newline="\n") if path else None
+        self._file: TextIO | None = None
+        if path is not None:
+            self.write_to(path)
 
     def __enter__(self) -> Self:
         return self
@@ -44,6 +46,10 @@ class EventLog:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def write_to(self, path: Path) -> None:
+        """From now on, write what happens to a new file."""
+        self._file = path.open("w", encoding="utf-8", newline="\n")
 
     def record(self, time: float, event: Event) -> int:
         """Keep the event; returns its id."""

@@ -94,16 +94,17 @@ class Run:
         self._strategy = strategy_named(strategy) if isinstance(strategy, str) else strategy
         self._out = out
         self._begin = clock.perf_counter()
-        if out is not None:
-            if not force and any((out / name).exists() for name in ("events.jsonl", "result.json")):
-                raise OutputExistsError(out)
-            out.mkdir(parents=True, exist_ok=True)
-            (out / "result.json").unlink(missing_ok=True)
-        self._log = EventLog(out / "events.jsonl" if out else None)
+        if out is not None and not force and any((out / name).exists() for name in ("events.jsonl", "result.json")):
+            raise OutputExistsError(out)
+        self._log = EventLog()
         self.mission = Mission(world, self._strategy, self._log)
 
     def __enter__(self) -> Self:
         self.mission.__enter__()
+        if self._out is not None:  # only now: an engine that refuses to start leaves an earlier run as it is
+            self._out.mkdir(parents=True, exist_ok=True)
+            (self._out / "result.json").unlink(missing_ok=True)
+            self._log.write_to(self._out / "events.jsonl")
         return self
 
     def __exit__(

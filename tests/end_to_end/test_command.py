@@ -144,6 +144,7 @@ def test_network_that_sumo_refuses_is_named(clo_fleet: Command, own: Path) -> No
     assert "hello.net.xml.gz" in done.stderr
     assert "build-network" in done.stderr
     assert "Traceback" not in done.stderr
+    assert not (own.parent / "runs").exists()
 
 
 FAULTS = (
