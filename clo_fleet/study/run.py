@@ -102,9 +102,13 @@ class Run:
     def __enter__(self) -> Self:
         self.mission.__enter__()
         if self._out is not None:  # only now: an engine that refuses to start leaves an earlier run as it is
-            self._out.mkdir(parents=True, exist_ok=True)
-            (self._out / "result.json").unlink(missing_ok=True)
-            self._log.write_to(self._out / "events.jsonl")
+            try:
+                self._out.mkdir(parents=True, exist_ok=True)
+                (self._out / "result.json").unlink(missing_ok=True)
+                self._log.write_to(self._out / "events.jsonl")
+            except OSError:
+                self.mission.__exit__(None, None, None)
+                raise
         return self
 
     def __exit__(
