@@ -9,7 +9,7 @@ other will have left before the giver can be there is no place to meet either.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from clo_fleet.clo.plan import Plan
 from clo_fleet.clo.repair import Repaired, repair
@@ -29,7 +29,7 @@ class Meeting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Announcement:
-    """A robot's plan as it told it.
+    """A robot's plan as it told it. Equal ones say the same to others, whatever the beliefs behind them.
 
     Attributes:
         robot: who.
@@ -46,7 +46,7 @@ class Announcement:
     plan: Plan
     moving: bool
     goals: tuple[Condition, ...]
-    beliefs: frozenset[Fact]
+    beliefs: frozenset[Fact] = field(compare=False)
     in_hand: tuple[ObjectId, ...]
 
 

@@ -48,7 +48,7 @@ from clo_fleet.robot.senses import consequences, heeded, sight
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
-from clo_fleet.world.events import Recorder
+from clo_fleet.world.events import Recorder, credit
 from clo_fleet.world.model import PlaceId, RobotId, World
 
 __all__ = ["Conversation"]
@@ -100,10 +100,9 @@ class Conversation:
         """Every robot looks at the same snapshot; what is new to it, it also tells."""
         listeners = [Listener(robot.id, self._site.pose(robot.id).point) for robot in self._robots.values()]
         for robot, listener in zip(self._robots.values(), listeners, strict=True):
-            executive = robot.executive
-            seen = sight(self._site, self._truth, robot.id, self._world.perception, executive.beliefs)
-            seen = consequences(seen, executive.beliefs)
-            fresh = heeded(seen, executive.beliefs, executive.watch, robot.id)
+            beliefs = robot.executive.beliefs
+            seen = sight(self._site, self._truth, robot.id, self._world.perception, beliefs)
+            fresh = heeded(consequences(seen, beliefs), beliefs, robot.executive.watch, robot.id)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
             own = self._effects(robot)
@@ -169,7 +168,7 @@ class Conversation:
             return
         opportunities = robot.executive.links.opportunities
         for flip in flips:
-            by, cause = (flip.cause.robot, flip.cause.event) if flip.cause else (None, None)
+            by, cause = credit(flip.cause)
             helpful = Condition(flip.fact, flip.value) in opportunities and by != robot.id
             self._record(events.Sensed(robot.id, flip.fact, flip.value, source, helpful, by, cause))
         self._inbox[robot.id].append(Observed(self.time, flips))
@@ -205,7 +204,7 @@ class Conversation:
             in_hand=self._site.rooms.carried(robot.id),
         )
         before = self._announced.get(robot.id)
-        if before is not None and _same(before, announcement):
+        if before == announcement:
             return
         self._announced[robot.id] = announcement
         if before is None or before.plan != announcement.plan:
@@ -287,8 +286,7 @@ def _decision(robot: RobotId, decision: Command, reply: Reply | None) -> events.
             gone = tuple(step.action.name for step in superseded)
             return events.PlanFollowed(robot, _named(plan), gone, expansions, cost(plan))
         case StepsDropped(plan, reason, fact, cause):
-            by, because = (cause.robot, cause.event) if cause else (None, None)
-            return events.StepsLeftOut(robot, _named(plan), reason, fact, by, because)
+            return events.StepsLeftOut(robot, _named(plan), reason, fact, *credit(cause))
         case RepairRefused(why):
             return events.RepairFailed(robot, why)
         case Waits(why):
@@ -323,8 +321,3 @@ def _gifts(robot: Robot) -> dict[RobotId, list[Any]]:
         if goal[0] == "holding" and goal[1] != robot.id:
             gifts.setdefault(RobotId(goal[1]), []).append(goal[2])
     return gifts
-
-
-def _same(a: Announcement, b: Announcement) -> bool:
-    """Whether nothing that others care about differs (beliefs may)."""
-    return (a.place, a.plan, a.moving, a.in_hand) == (b.place, b.plan, b.moving, b.in_hand)

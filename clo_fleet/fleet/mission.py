@@ -30,12 +30,13 @@ from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
 from clo_fleet.fleet.tracks import Tracks
 from clo_fleet.robot.avoidance import Agent, Avoidance
-from clo_fleet.robot.robot import Robot, draw
+from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
-from clo_fleet.world.events import EVENTS_FORMAT, Recorder
+from clo_fleet.world.chance import varied
+from clo_fleet.world.events import EVENTS_FORMAT, Recorder, credit
 from clo_fleet.world.model import ObjectMoved, Pose, RobotId, World
 
 __all__ = ["TICK", "Mission", "RobotView"]
@@ -79,7 +80,7 @@ class Mission:
         }
         spread = world.skills.speed_spread
         for spec in world.robots if spread else ():
-            self._site.slow(spec.id, spec.max_speed * (1.0 + spread * draw(world.seed, f"{spec.id}/speed")))
+            self._site.slow(spec.id, varied(spec.max_speed, spread, world.seed, f"{spec.id}/speed"))
         self._conversation = Conversation(world, self._site, self._truth, self._robots, recorder)
         self._judge = Judge(frozenset(goal for spec in world.robots for goal in spec.goals))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
@@ -159,12 +160,6 @@ class Mission:
         return self._conversation.wall_deciding
 
     # ---- running -------------------------------------------------------------------------------------------
-
-    def run(self, until: float | None = None) -> Outcome:
-        """Step until the run ends; returns its outcome."""
-        while self.outcome is None:
-            self.step(until)
-        return self.outcome
 
     def step(self, until: float | None = None) -> None:
         """One tick, or nothing once the run has ended. The first call makes the first plans as well."""
@@ -290,8 +285,7 @@ class Mission:
     def _derive(self) -> None:
         running = {robot.id: robot.cause for robot in self._robots.values() if robot.cause is not None}
         for flip in self._truth.step(running):
-            by, cause = (flip.cause.robot, flip.cause.event) if flip.cause else (None, None)
-            self._record(events.FactChanged(flip.fact, flip.value, by, cause))
+            self._record(events.FactChanged(flip.fact, flip.value, *credit(flip.cause)))
             self._judge.lively_at = self.time
 
     def _track(self) -> None:

@@ -5,13 +5,13 @@ if the listener watches the fact, is in range, and the message is not lost; it a
 lost is drawn from the seed and the number of the message, so that the same run loses the same ones.
 """
 
-import hashlib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from clo_fleet.clo.messages import Cause, Flip
+from clo_fleet.world.chance import uniform
 from clo_fleet.world.model import Point, Radio, RobotId
 
 __all__ = ["Listener", "Message", "RadioChannel"]
@@ -51,7 +51,7 @@ class RadioChannel:
         for flip in flips:
             for listener in in_range:
                 self._sent += 1
-                if self._radio.loss == 0.0 or _draw(self._seed, self._sent) >= self._radio.loss:
+                if self._radio.loss == 0.0 or uniform(self._seed, f"radio/{self._sent}") >= self._radio.loss:
                     self._under_way.append(Message(time + self._radio.delay, listener.robot, flip))
 
     def due(self, time: float) -> dict[RobotId, list[Flip]]:
@@ -84,11 +84,6 @@ class RadioChannel:
     def _reaches(self, sender: Listener, listener: Listener) -> bool:
         reach = self._radio.range
         return sender.robot != listener.robot and (reach is None or math.dist(sender.point, listener.point) <= reach)
-
-
-def _draw(seed: int, number: int) -> float:
-    """A number in [0, 1), the same for the same seed and message."""
-    return int.from_bytes(hashlib.sha256(f"{seed}/radio/{number}".encode()).digest()[:8], "big") / 2**64
 
 
 def _plain(cause: Cause | None) -> list[Any] | None:

@@ -1,6 +1,5 @@
 """One robot: its executive, the skill that it is carrying out, and what it does while it has nothing to do."""
 
-import hashlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -18,9 +17,10 @@ from clo_fleet.robot.handling import Handle, Place, Work
 from clo_fleet.robot.skill import Body, Cancelled, Exchange, Failed, Progress, Skill, Under
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
+from clo_fleet.world.chance import varied
 from clo_fleet.world.model import ObjectId, Point, RobotId, RobotSpec, RoomId, SkillSettings
 
-__all__ = ["SITE_SKILLS", "Meters", "NoSkillError", "Robot", "draw"]
+__all__ = ["SITE_SKILLS", "Meters", "NoSkillError", "Robot"]
 
 
 class NoSkillError(CloFleetError):
@@ -85,7 +85,7 @@ class Robot:
         if step.action.schema not in SITE_SKILLS:
             raise NoSkillError(step.action.schema)
         self._skill = SITE_SKILLS[step.action.schema](*step.action.args[1:])
-        self._factor = 1.0 + settings.spread * draw(self._seed, f"{self.id}/skills/{step.id}")
+        self._factor = varied(1.0, settings.spread, self._seed, f"{self.id}/skills/{step.id}")
         self.cause = Cause(self.id, step.action.name, event)
         self._aside = StandAside()
 
@@ -151,9 +151,3 @@ class Robot:
             self.meters = replace(self.meters, travelling=self.meters.travelling + tick)
         else:
             self.meters = replace(self.meters, working=self.meters.working + tick)
-
-
-def draw(seed: int, what: str) -> float:
-    """A number in [-1, 1), the same for the same seed and ``what``. No state: nothing to save."""
-    digest = hashlib.sha256(f"{seed}/{what}".encode()).digest()
-    return int.from_bytes(digest[:8], "big") / 2**63 - 1.0

@@ -13,7 +13,7 @@ what is in which room is noted once a tick, for the many who ask.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -271,10 +271,6 @@ class Site:
             "object_place": {item: [list(at), room] for item, (at, room) in self._object_place.items()},
             "max_speed": dict(self._max_speed),
         }
-
-    def restore_doors(self, state: Mapping[str, Any]) -> None:
-        """Take up the queues at doors."""
-        self.doors.restore(state)
 
     # ---- private -------------------------------------------------------------------------------------------
 

@@ -15,10 +15,17 @@ __all__ = ["helps", "measure"]
 KINDS = {"prepare": "prepared", "place": "delivered", "give": "handed_over"}
 
 
+Timed = tuple[float, events.Event]
+
+
 def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunResult:
     """The result of the mission as it stands."""
     world = mission.world
     given = helps(log)
+    own: dict[str, list[Timed]] = {spec.id: [] for spec in world.robots}
+    for _, time, event in log:
+        if (robot := getattr(event, "robot", None)) in own:
+            own[robot].append((time, event))
     return RunResult(
         format=RESULT_FORMAT,
         version=__version__,
@@ -29,7 +36,7 @@ def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunRe
         outcome=mission.outcome.value if mission.outcome else "running",
         why=mission.why,
         makespan_s=mission.time,
-        robots={spec.id: _robot(mission, log, spec.id) for spec in sorted(world.robots, key=lambda s: s.id)},
+        robots={robot: _robot(mission, own[robot], robot) for robot in sorted(own)},
         helps=given,
         contacts=mission.contacts,
         events=len(log),
@@ -59,18 +66,17 @@ def helps(log: Sequence[Recorded]) -> tuple[Help, ...]:
     return tuple(found)
 
 
-def _robot(mission: Mission, log: Sequence[Recorded], robot: str) -> RobotResult:
-    own = mission.robot(robot)
-    tally, meters = own.executive.tally, own.meters
-    desk = mission.questions.desks[own.id]
-    mine = [(time, event) for _, time, event in log if getattr(event, "robot", None) == robot]
+def _robot(mission: Mission, mine: Sequence[Timed], robot: str) -> RobotResult:
+    known = mission.robot(robot)
+    tally, meters = known.executive.tally, known.meters
+    desk = mission.questions.desks[known.id]
     sensed = [event for _, event in mine if isinstance(event, events.Sensed)]
     seen = {event.fact: event.by for event in sensed if event.opportunity and event.by is not None}
     used: set[Fact] = {event.fact for _, event in mine if isinstance(event, events.StepsLeftOut) and event.fact}
     repairs = {time for time, event in mine if isinstance(event, events.StepsLeftOut)}
     return RobotResult(
-        goals=tuple(fact_text(goal) for goal in own.spec.goals),
-        goals_reached=all(goal in mission.facts for goal in own.spec.goals),
+        goals=tuple(fact_text(goal) for goal in known.spec.goals),
+        goals_reached=all(goal in mission.facts for goal in known.spec.goals),
         planned=tally.planned,
         planned_again=tally.planned_again,
         added=tally.added,
@@ -95,5 +101,5 @@ def _robot(mission: Mission, log: Sequence[Recorded], robot: str) -> RobotResult
         waiting_s=round(meters.waiting, 1),
         distance_m=round(meters.distance, 2),
         wall_planning_s=round(desk.wall_seconds, 3),
-        wall_deciding_s=round(mission.wall_deciding[own.id], 6),
+        wall_deciding_s=round(mission.wall_deciding[known.id], 6),
     )

@@ -9,6 +9,7 @@ import re
 from dataclasses import dataclass, fields
 from typing import Protocol
 
+from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Fact, fact_text
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Sensed",
     "StepsLeftOut",
     "Waiting",
+    "credit",
     "kind",
     "plain",
 ]
@@ -271,6 +273,11 @@ class Recorder(Protocol):
 
     def record(self, time: float, event: Event) -> int:
         """Keep the event; returns its id."""
+
+
+def credit(cause: Cause | None) -> tuple[str | None, int | None]:
+    """Whose doing a change was, and the id of that action's start, as events write them (``by``, ``cause``)."""
+    return (cause.robot, cause.event) if cause is not None else (None, None)
 
 
 def kind(event: Event) -> str:
