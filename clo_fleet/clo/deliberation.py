@@ -15,16 +15,17 @@ from clo_fleet.clo.messages import (
     Finished,
     Flip,
     GoalsMet,
+    PlanMended,
     RepairRefused,
     StartAction,
     StepsDropped,
     Waits,
 )
-from clo_fleet.clo.plan import Plan, Step, first_fault, number
-from clo_fleet.clo.repair import Drop
+from clo_fleet.clo.plan import Plan, Step, number
+from clo_fleet.clo.repair import Drop, Means, Repaired
 from clo_fleet.clo.state import ExecutiveState
-from clo_fleet.clo.strategies import Adopt, Keep, PlanAgain, Revision, Situation, Strategy
-from clo_fleet.clo.task import Action, Condition, Fact, apply, holds, unmet
+from clo_fleet.clo.strategies import ActionSource, Adopt, Keep, PlanAgain, Revision, Situation, Strategy
+from clo_fleet.clo.task import Action, Condition, Fact, apply, holds
 
 __all__ = ["MOST_ATTEMPTS", "MOST_RELAPSES", "Deliberation", "under_way"]
 
@@ -38,6 +39,7 @@ class Deliberation:
 
     strategy: Strategy
     data: ExecutiveState
+    actions: ActionSource | None = None
 
     @property
     def running(self) -> Step | None:
@@ -50,7 +52,7 @@ class Deliberation:
         data = self.data
         state = frozenset(data.beliefs) | data.promised
         running = self.running
-        if running is None or data.cancelling or unmet(under_way(running).action, data.beliefs):
+        if running is None or data.cancelling or self.lacks(under_way(running).action):
             return state
         return apply(state, running.action)
 
@@ -96,7 +98,7 @@ class Deliberation:
         drops = revision.repaired.dropped
         if not revision.on_promise:
             data.suspended = set()
-            commands = self._drop(drops)
+            commands = self._drop(drops) + self._mend(revision.repaired)
             data.news = {}
             return commands
         # what is needless for what is true already goes; what is needless if a promise is kept is put off
@@ -122,6 +124,22 @@ class Deliberation:
             commands.append(StepsDropped(tuple(steps), reason, fact, cause))
         return commands
 
+    def _mend(self, repaired: Repaired) -> list[Command]:
+        """Bring new steps into the plan, and all steps into the repaired plan's order."""
+        data = self.data
+        steps = {step.id: step for step in data.plan}
+        plan = [steps.get(step.id, step) for step in repaired.plan]
+        if data.running is not None and all(step.id != data.running for step in plan):
+            plan.insert(0, steps[data.running])  # it is being stopped
+        if plan == data.plan:
+            return []
+        data.plan = plan
+        data.next_step = max(data.next_step, *(step.id + 1 for step in plan))
+        data.tally = data.tally.plus(added=len(repaired.added))
+        means = [repaired.means.value] if repaired.means is not Means.DELETION else []
+        means += ["a shorter way"] if repaired.shortened else []
+        return [PlanMended(repaired.added, tuple(plan), ", ".join(means))]
+
     def stop(self, why: str) -> list[Command]:
         """Have the running step cancelled, unless that is asked already."""
         if self.data.cancelling:
@@ -138,10 +156,10 @@ class Deliberation:
             return self._settle()
         step = next((step for step in data.plan if step.id not in data.suspended), None)
         if step is None:
-            if all(holds(goal, data.beliefs | data.promised) for goal in data.goals):
+            if all(self.believed(goal) or holds(goal, data.beliefs | data.promised) for goal in data.goals):
                 return self._wait("for what another robot has in hand")
             return self.ask("the plan ended without its goals" if data.tally.plans else "first plan")
-        missing = unmet(step.action, data.beliefs)
+        missing = self.lacks(step.action)
         if missing:
             return self._blocked(step, missing)
         threatened = {need for needs in data.offers.values() for need in needs}
@@ -157,8 +175,10 @@ class Deliberation:
         if all(holds(condition, frozenset(data.beliefs) | data.promised) for condition in missing):
             return self._wait("for what another robot has in hand")
         revision = self.strategy.revise(self.situation(frozenset()))
-        if isinstance(revision, Adopt) and step.id not in {kept.id for kept in revision.repaired.plan}:
-            return self.follow(revision) + self.advance()
+        if isinstance(revision, Adopt):
+            kept = [kept.id for kept in revision.repaired.plan]
+            if step.id not in kept or (kept[0] != step.id and not revision.on_promise):
+                return self.follow(revision) + self.advance()
         lacks = ", ".join(str(condition) for condition in missing)
         why = PlanAgain(f"{step} cannot start: it lacks {lacks}")
         return self.follow(revision if isinstance(revision, PlanAgain) else why)
@@ -182,10 +202,10 @@ class Deliberation:
         if data.unsolvable == self.planning_state:
             return self._wait("no plan exists as things are believed")
         running = self.running
-        lacks = unmet(under_way(running).action, data.beliefs) if running is not None else ()
+        lacks = self.lacks(under_way(running).action) if running is not None else ()
         stop = self.stop(f"it lacks {', '.join(map(str, lacks))}") if lacks else []
         data.question, data.unsolvable, data.waiting = self.planning_state, None, ""
-        data.suspended = set()
+        data.suspended, data.new_goals = set(), False
         data.tally = data.tally.plus(planner_calls=1)
         return [*stop, AskPlan(why)]
 
@@ -210,8 +230,9 @@ class Deliberation:
         running = self.running
         news: dict[Fact, Cause | None] = {}
         for flip in flips:
-            if (flip.fact in data.beliefs) is flip.value:
+            if flip.fact not in data.unknown and (flip.fact in data.beliefs) is flip.value:
                 continue
+            data.unknown.discard(flip.fact)
             (data.beliefs.add if flip.value else data.beliefs.discard)(flip.fact)
             effects = (running.action.adds if flip.value else running.action.deletes) if running else ()
             if flip.fact not in effects:
@@ -220,11 +241,19 @@ class Deliberation:
 
     def reached(self) -> bool:
         """Whether all goals are believed true."""
-        return all(holds(goal, self.data.beliefs) for goal in self.data.goals)
+        return all(map(self.believed, self.data.goals))
+
+    def believed(self, condition: Condition) -> bool:
+        """Whether the condition is known to hold."""
+        return condition.fact not in self.data.unknown and holds(condition, self.data.beliefs)
+
+    def lacks(self, action: Action) -> tuple[Condition, ...]:
+        """The preconditions of the action that are not known to hold."""
+        return tuple(need for need in action.needs if not self.believed(need))
 
     def sound(self) -> bool:
         """Whether the plan, as things are believed, runs through to its goals."""
-        return first_fault(self.data.beliefs, self.rest(), self.data.goals) is None
+        return not causal_links(self.data.beliefs, self.rest(), self.data.goals, self.data.unknown).unsupported
 
     def step(self, step_id: int | None) -> Step:
         """The step of that id."""
@@ -252,6 +281,11 @@ class Deliberation:
             since=frozenset(data.news),
             links=causal_links(data.beliefs ^ data.news.keys(), plan, data.goals),
             promised=data.promised,
+            running=data.running is not None,
+            unknown=frozenset(data.unknown),
+            new_goals=data.new_goals,
+            actions=self.actions,
+            next_id=data.next_step,
         )
 
 

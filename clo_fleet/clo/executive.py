@@ -35,6 +35,8 @@ from clo_fleet.clo.messages import (
     Begin,
     Command,
     Event,
+    Forgotten,
+    GoalsChanged,
     Observed,
     Offered,
     OfferEnded,
@@ -49,7 +51,7 @@ from clo_fleet.clo.messages import (
 from clo_fleet.clo.plan import Plan, Step
 from clo_fleet.clo.repair import Refused, repair
 from clo_fleet.clo.state import ExecutiveState, Tally
-from clo_fleet.clo.strategies import PlanAgain, Strategy, Watch
+from clo_fleet.clo.strategies import ActionSource, PlanAgain, Strategy, Watch
 from clo_fleet.clo.task import Condition, Fact, apply
 from clo_fleet.errors import CloFleetError
 
@@ -83,12 +85,25 @@ class UnexpectedEventError(CloFleetError):
 
 
 class Executive:
-    """Runs one robot's plan. See the module's docstring."""
+    """Runs one robot's plan. See the module's docstring.
 
-    def __init__(self, strategy: Strategy, beliefs: Iterable[Fact], goals: Iterable[Condition]) -> None:
+    Args:
+        strategy: what to do about surprises.
+        beliefs: the facts believed true at the start.
+        goals: what is to hold in the end.
+        actions: who knows what the robot could do, for strategies that put new steps into a plan.
+    """
+
+    def __init__(
+        self,
+        strategy: Strategy,
+        beliefs: Iterable[Fact],
+        goals: Iterable[Condition],
+        actions: ActionSource | None = None,
+    ) -> None:
         self._strategy = strategy
         self._data = ExecutiveState(beliefs=set(beliefs), goals=tuple(goals))
-        self._mind = Deliberation(strategy, self._data)
+        self._mind = Deliberation(strategy, self._data, actions)
         self._links = Links()
 
     # ---- what can be asked ---------------------------------------------------------------------------------
@@ -169,11 +184,11 @@ class Executive:
         return self._data.state()
 
     @classmethod
-    def from_state(cls, strategy: Strategy, state: Mapping[str, object]) -> Self:
+    def from_state(cls, strategy: Strategy, state: Mapping[str, object], actions: ActionSource | None = None) -> Self:
         """The executive that ``state()`` was taken from."""
         executive = cls(strategy, (), ())
         executive._data = ExecutiveState.from_state(state)
-        executive._mind = Deliberation(strategy, executive._data)
+        executive._mind = Deliberation(strategy, executive._data, actions)
         executive._relink()
         return executive
 
@@ -213,11 +228,13 @@ class Executive:
         data.news = {fact: cause for fact, cause in data.news.items() if (fact in data.beliefs) != (fact in question)}
         commands: list[Command] = [PlanAdopted(steps, superseded, first)]
         situation = self._mind.situation(frozenset(data.news))
-        revision = self._strategy.revise(replace(situation, links=causal_links(question, steps, data.goals)))
+        links = causal_links(question, steps, data.goals)
+        revision = self._strategy.revise(replace(situation, links=links))
         if isinstance(revision, PlanAgain):
             if self._mind.sound():
                 return commands
-            data.unsolvable = question  # asked the same again, the planner would say the same again
+            if not data.new_goals:
+                data.unsolvable = question  # asked the same again, the planner would say the same again
         return commands + self._mind.follow(revision)
 
     def _plan_missing(self, event: PlanMissing) -> list[Command]:
@@ -239,6 +256,7 @@ class Executive:
         data.running = None
         data.plan.remove(step)
         data.beliefs = set(apply(data.beliefs, step.action))
+        data.unknown -= step.action.adds | step.action.deletes
         data.tally = data.tally.plus(executed=1)
         data.attempts = {}
         return self._mind.revise(dict.fromkeys(step.action.adds | step.action.deletes)) if again else []
@@ -271,6 +289,22 @@ class Executive:
         unsettled = event.promised is not None and self._mind.rely_on(event.promised)
         return self._mind.revise(news) if news or unsettled else []
 
+    def _forgotten(self, event: Forgotten) -> list[Command]:
+        data = self._data
+        running = self._mind.running
+        effects = running.action.adds | running.action.deletes if running else frozenset()
+        lost = sorted(event.facts - data.unknown - effects)
+        data.beliefs.difference_update(lost)
+        data.unknown.update(lost)
+        return self._mind.revise(dict.fromkeys(lost)) if lost else []
+
+    def _goals_changed(self, event: GoalsChanged) -> list[Command]:
+        data = self._data
+        if event.goals == data.goals:
+            return []
+        data.goals, data.new_goals, data.unsolvable, data.satisfied = event.goals, True, None, False
+        return self._mind.revise({}) if data.begun else []
+
     def _promised(self, event: Promised) -> list[Command]:
         return self._mind.revise({}) if self._mind.rely_on(event.facts) else []
 
@@ -280,7 +314,8 @@ class Executive:
         for flip in event.flips:
             (state.add if flip.value else state.discard)(flip.fact)
         wanted = any(Condition(flip.fact, flip.value) in data.goals for flip in event.flips)
-        if not wanted and isinstance(repair(state, self._mind.rest(), data.goals), Refused):
+        unknown = data.unknown - {flip.fact for flip in event.flips}
+        if not wanted and isinstance(repair(state, self._mind.rest(), data.goals, unknown=unknown), Refused):
             return [RefuseOffer(event.offer, "the plan would not stand any more")]
         data.offers[event.offer] = event.needs
         return [AcceptOffer(event.offer)]
@@ -293,7 +328,8 @@ class Executive:
         return []
 
     def _relink(self) -> None:
-        self._links = causal_links(self._data.beliefs, self._mind.rest(), self._data.goals)
+        data = self._data
+        self._links = causal_links(data.beliefs, self._mind.rest(), data.goals, data.unknown)
 
 
 _RUNNING = frozenset({Mode.ACTING, Mode.ACTING_AND_PLANNING})
@@ -311,6 +347,8 @@ TRANSITIONS: Mapping[type[Event], tuple[frozenset[Mode], Callable[..., list[Comm
         ActionFailed: (_RUNNING | {Mode.GAVE_UP}, Executive._action_failed),
         ActionCancelled: (_RUNNING | {Mode.GAVE_UP}, Executive._action_cancelled),
         Observed: (_ANY, Executive._observed),
+        Forgotten: (_ANY, Executive._forgotten),
+        GoalsChanged: (_ANY - {Mode.GAVE_UP}, Executive._goals_changed),
         Promised: (_ANY, Executive._promised),
         Offered: (_BEGUN - {Mode.GAVE_UP}, Executive._offered),
         OfferEnded: (_BEGUN, Executive._offer_ended),

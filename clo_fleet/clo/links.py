@@ -6,7 +6,7 @@ consumer is supported by *now* whenever it holds now and nothing before the cons
 the step that made it hold and after which it stayed so. A link so chosen has no threat between its ends.
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -70,8 +70,10 @@ class Links:
         return frozenset(condition.fact for condition in conditions)
 
 
-def causal_links(state: State, plan: Plan, goals: Iterable[Condition]) -> Links:
+def causal_links(state: State, plan: Plan, goals: Iterable[Condition], unknown: Collection[Fact] = ()) -> Links:
     """The links, guards and gaps of ``plan``, run from ``state``. Linear in the plan's conditions.
+
+    Facts ``unknown`` are neither true nor false until a step makes them so: they support nothing.
 
     >>> from clo_fleet.clo.task import Action
     >>> from clo_fleet.clo.plan import number
@@ -85,6 +87,7 @@ def causal_links(state: State, plan: Plan, goals: Iterable[Condition]) -> Links:
     (at-robot l1) 0
     """
     value = set(state)
+    unclear = set(unknown)
     since: dict[Fact, int] = {}  # fact -> the step that last changed its value
     links: list[Link] = []
     guards: list[Guard] = []
@@ -92,7 +95,7 @@ def causal_links(state: State, plan: Plan, goals: Iterable[Condition]) -> Links:
 
     def support(conditions: Iterable[Condition], consumer: Consumer) -> None:
         for condition in conditions:
-            if not holds(condition, value):
+            if condition.fact in unclear or not holds(condition, value):
                 unsupported.append(Unsupported(condition, consumer))
             elif (producer := since.get(condition.fact)) is None:
                 guards.append(Guard(condition, consumer))
@@ -101,11 +104,15 @@ def causal_links(state: State, plan: Plan, goals: Iterable[Condition]) -> Links:
 
     for step in plan:
         support(step.action.needs, step.id)
-        for fact in step.action.deletes & value:
+        deletes, adds = step.action.deletes, step.action.adds
+        for fact in deletes & value:
             since[fact] = step.id
-        for fact in step.action.adds - value:
+        for fact in adds - value:
             since[fact] = step.id
-        value -= step.action.deletes
-        value |= step.action.adds
+        for fact in unclear & (deletes | adds) if unclear else ():
+            since[fact] = step.id
+            unclear.discard(fact)
+        value -= deletes
+        value |= adds
     support(goals, End.GOAL)
     return Links(tuple(links), tuple(guards), tuple(unsupported))

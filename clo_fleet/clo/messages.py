@@ -22,6 +22,8 @@ __all__ = [
     "Event",
     "Finished",
     "Flip",
+    "Forgotten",
+    "GoalsChanged",
     "GoalsMet",
     "Observed",
     "OfferEnded",
@@ -29,6 +31,7 @@ __all__ = [
     "PlanAdopted",
     "PlanArrived",
     "PlanFailure",
+    "PlanMended",
     "PlanMissing",
     "Promised",
     "RefuseOffer",
@@ -133,6 +136,22 @@ class Observed:
 
 
 @dataclass(frozen=True, slots=True)
+class Forgotten:
+    """Facts that are not known any more to be true or to be false: no step may rely on either."""
+
+    time: float
+    facts: frozenset[Fact]
+
+
+@dataclass(frozen=True, slots=True)
+class GoalsChanged:
+    """From now on these goals count, instead of those before."""
+
+    time: float
+    goals: tuple[Condition, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Promised:
     """All that others, who have it in hand, have announced to bring about. Replaces what was promised before."""
 
@@ -174,6 +193,8 @@ Event = (
     | ActionFailed
     | ActionCancelled
     | Observed
+    | Forgotten
+    | GoalsChanged
     | Promised
     | Offered
     | OfferEnded
@@ -244,6 +265,15 @@ class StepsDropped:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanMended:
+    """The plan has steps that it had not before, or another order: what is ``added``, the whole, and by what means."""
+
+    added: Plan
+    plan: Plan
+    means: str
+
+
+@dataclass(frozen=True, slots=True)
 class RepairRefused:
     """The plan could not be repaired: what it lacks."""
 
@@ -278,6 +308,7 @@ Command = (
     | RefuseOffer
     | PlanAdopted
     | StepsDropped
+    | PlanMended
     | RepairRefused
     | Waits
     | GoalsMet

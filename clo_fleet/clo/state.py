@@ -20,7 +20,7 @@ class Tally:
     Attributes:
         planned: steps of the first plan.
         planned_again: steps of later plans.
-        added: steps put in by the executive (a failed step that is tried again).
+        added: steps put in by the executive: a failed step that is tried again, the new steps of a mended plan.
         executed: steps carried out to their end.
         dropped: steps that a repair or a goal reached made needless.
         cancelled: running steps stopped because they became needless.
@@ -84,6 +84,8 @@ class ExecutiveState:
         question: the state from which a plan was asked for, until the answer comes.
         news: facts that changed unexpectedly since the plan was last whole, and by whose action.
         unsolvable: the last state from which the planner was asked in vain.
+        unknown: facts not known to be true or to be false; they are not among the beliefs.
+        new_goals: whether the goals have changed since the planner was last asked.
     """
 
     beliefs: set[Fact]
@@ -102,6 +104,8 @@ class ExecutiveState:
     news: dict[Fact, Cause | None] = field(default_factory=dict)
     attempts: dict[str, int] = field(default_factory=dict)
     unsolvable: frozenset[Fact] | None = None
+    unknown: set[Fact] = field(default_factory=set)
+    new_goals: bool = False
     planner_deaths: int = 0
     relapses: int = 0
     next_step: int = 1
@@ -121,6 +125,7 @@ class ExecutiveState:
             "news": [[list(fact), cause and astuple(cause)] for fact, cause in self.news.items()],
             "attempts": dict(self.attempts),
             "unsolvable": _facts(self.unsolvable),
+            "unknown": sorted(map(list, self.unknown)),
             "tally": asdict(self.tally),
         }
 
@@ -139,6 +144,7 @@ class ExecutiveState:
             news={tuple(fact): cause and Cause(*cause) for fact, cause in state["news"]},
             attempts=dict(state["attempts"]),
             unsolvable=_read_facts(state["unsolvable"]),
+            unknown=set(map(tuple, state["unknown"])),
             tally=Tally(**state["tally"]),
         )
 
@@ -147,6 +153,7 @@ _SCALARS = (
     "begun",
     "satisfied",
     "cancelling",
+    "new_goals",
     "running",
     "outcome",
     "waiting",

@@ -4,19 +4,21 @@ A strategy is asked whenever the world differs from what the plan expects, and a
 keep the plan, adopt a repaired one, or ask the planner. It has no state of its own.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Protocol
 
 from clo_fleet.clo.links import End, Links, Unsupported, causal_links
+from clo_fleet.clo.operators import Operators
 from clo_fleet.clo.plan import Plan
 from clo_fleet.clo.printed import opportunities, printed_links, printed_repair
-from clo_fleet.clo.repair import Drop, DropReason, Repaired, repair
-from clo_fleet.clo.task import Condition, Fact, fact_text
+from clo_fleet.clo.repair import Drop, DropReason, Refusal, Refused, Repaired, repair
+from clo_fleet.clo.task import Condition, Fact, State, fact_text
 
 __all__ = [
     "STRATEGIES",
+    "ActionSource",
     "Adopt",
     "AsPrinted",
     "Clo",
@@ -25,11 +27,22 @@ __all__ = [
     "PlanAgain",
     "Replan",
     "ReplanOnFailure",
+    "ReplanOnOpportunity",
     "Revision",
     "Situation",
     "Strategy",
     "Watch",
 ]
+
+
+class ActionSource(Protocol):
+    """Who knows what the robot could do."""
+
+    def operators(self, state: State, goals: tuple[Condition, ...]) -> Operators:
+        """The actions that can become applicable from ``state``, with bits for the ``goals``.
+
+        Called at each repair that needs more than the plan's own steps: renew them when objects have appeared.
+        """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +57,11 @@ class Situation:
         since: all such facts since the plan was last whole, these included.
         links: the links of the plan before those changes.
         promised: facts that others have in hand and announced to bring about.
+        running: whether the first step is under way.
+        unknown: facts not known to be true or to be false.
+        new_goals: whether the goals are others than those that the plan was made for.
+        actions: who knows what else could be done; ``None`` if nobody does.
+        next_id: the id for the next new step.
     """
 
     state: frozenset[Fact]
@@ -53,6 +71,11 @@ class Situation:
     since: frozenset[Fact]
     links: Links
     promised: frozenset[Fact]
+    running: bool = False
+    unknown: frozenset[Fact] = frozenset()
+    new_goals: bool = False
+    actions: ActionSource | None = None
+    next_id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,10 +133,15 @@ class Strategy(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Clo:
-    """Causal-link opportunities: repair; ask the planner only if the repair is refused."""
+    """Causal-link opportunities: repair; ask the planner only if the repair is refused.
+
+    A plan is mended by its own steps if that can be done, else with what others have promised to bring about, else with
+    new actions. ``improve``: look for shorter and cheaper ways as well, after every change.
+    """
 
     name: str = "clo"
     heeds_own_effects: bool = False
+    improve: bool = False
 
     def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
         """Opportunities, guards and the effects of the running action."""
@@ -121,16 +149,35 @@ class Clo:
 
     def revise(self, situation: Situation) -> Revision:
         """The repaired plan, or why there is none."""
-        state, plan, goals, links = situation.state, situation.plan, situation.goals, situation.links
-        found = repair(state, plan, goals, before=links, changed=situation.since)
-        if isinstance(found, Repaired):
-            return Adopt(found)
-        if promised := situation.promised - state:
-            hoped = repair(state | promised, plan, goals, before=links, changed=situation.since | promised)
+        found = self._repair(situation)
+        if isinstance(found, Refused) and situation.promised - situation.state:
+            hoped = self._repair(situation, situation.promised)
             if isinstance(hoped, Repaired):
                 return Adopt(hoped, on_promise=True)
-        why = "; ".join(_gap(gap, situation.plan) for gap in found.missing)
-        return PlanAgain("the repair was refused", refused=why)
+        if situation.actions is not None and (self.improve or isinstance(found, Refused)):
+            found = self._repair(situation, operators=situation.actions.operators(situation.state, situation.goals))
+        if isinstance(found, Repaired):
+            return Adopt(found)
+        refused = "; ".join(_gap(gap, situation.plan) for gap in found.missing)
+        if found.why is not Refusal.NO_ACTIONS:
+            refused += f": {found.why.value}"
+        return PlanAgain("the repair was refused", refused=refused)
+
+    def _repair(
+        self, situation: Situation, promised: frozenset[Fact] = frozenset(), operators: Operators | None = None
+    ) -> Repaired | Refused:
+        return repair(
+            situation.state | promised,
+            situation.plan,
+            situation.goals,
+            before=situation.links,
+            changed=situation.since | promised,
+            unknown=situation.unknown - promised,
+            operators=operators,
+            improve=self.improve,
+            under_way=situation.running,
+            next_id=situation.next_id,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,9 +226,32 @@ class Replan:
 
     def revise(self, situation: Situation) -> Revision:
         """A new plan if anything differs."""
-        if not situation.changed:
-            return Keep()
-        return PlanAgain(f"unexpected: {', '.join(fact_text(fact) for fact in sorted(situation.changed))}")
+        if situation.new_goals:
+            return PlanAgain("the goals have changed")
+        return _unexpected(situation.changed)
+
+
+@dataclass(frozen=True, slots=True)
+class ReplanOnOpportunity:
+    """Plan again when a fact that some step was to make true has come true by itself, or when the plan is broken."""
+
+    name: str = "replan-on-opportunity"
+    heeds_own_effects: bool = False
+
+    def watch(self, links: Links, running: frozenset[Fact]) -> Watch:
+        """Opportunities, guards and the effects of the running action."""
+        return links.watched | running
+
+    def revise(self, situation: Situation) -> Revision:
+        """A new plan if there is something to gain by it, or something to mend."""
+        if situation.new_goals:
+            return PlanAgain("the goals have changed")
+        state, plan = situation.state, situation.plan
+        links = causal_links(state, plan, situation.goals, situation.unknown)
+        if links.unsupported:
+            return PlanAgain("; ".join(_gap(gap, plan) for gap in links.unsupported))
+        opportunities = situation.links.opportunities
+        return _unexpected(fact for fact in situation.changed if Condition(fact, fact in state) in opportunities)
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,9 +270,21 @@ class ReplanOnFailure:
         return Keep()
 
 
-STRATEGIES: Mapping[str, Strategy] = MappingProxyType(
-    {strategy.name: strategy for strategy in (Clo(), AsPrinted(), Replan(), ReplanOnFailure())}
+_ALL: tuple[Strategy, ...] = (
+    Clo(),
+    Clo("clo-improve", improve=True),
+    AsPrinted(),
+    Replan(),
+    ReplanOnOpportunity(),
+    ReplanOnFailure(),
 )
+STRATEGIES: Mapping[str, Strategy] = MappingProxyType({strategy.name: strategy for strategy in _ALL})
+
+
+def _unexpected(facts: Iterable[Fact]) -> Revision:
+    """Plan again for these facts, if there are any."""
+    texts = [fact_text(fact) for fact in sorted(facts)]
+    return PlanAgain(f"unexpected: {', '.join(texts)}") if texts else Keep()
 
 
 def _gap(gap: Unsupported, plan: Plan) -> str:

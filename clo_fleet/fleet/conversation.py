@@ -29,6 +29,7 @@ from clo_fleet.clo.messages import (
     OfferEnded,
     PlanAdopted,
     PlanArrived,
+    PlanMended,
     PlanMissing,
     Promised,
     RefuseOffer,
@@ -58,10 +59,16 @@ class Conversation:
     """Between the robots of one world, their executives, their planner and one another."""
 
     def __init__(
-        self, world: World, site: Site, truth: Truth, robots: dict[RobotId, Robot], recorder: Recorder
+        self,
+        world: World,
+        site: Site,
+        truth: Truth,
+        robots: dict[RobotId, Robot],
+        recorder: Recorder,
+        questions: Questions,
     ) -> None:
         self.offers = Offers(recorder)
-        self.questions = Questions(world)
+        self.questions = questions
         self.wall_deciding: dict[RobotId, float] = dict.fromkeys(robots, 0.0)
         self._world = world
         self._site = site
@@ -287,6 +294,8 @@ def _decision(robot: RobotId, decision: Command, reply: Reply | None) -> events.
             return events.PlanFollowed(robot, _named(plan), gone, expansions, cost(plan))
         case StepsDropped(plan, reason, fact, cause):
             return events.StepsLeftOut(robot, _named(plan), reason, fact, *credit(cause))
+        case PlanMended(added, plan, means):
+            return events.PlanMended(robot, _named(added), _named(plan), means)
         case RepairRefused(why):
             return events.RepairFailed(robot, why)
         case Waits(why):

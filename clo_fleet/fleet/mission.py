@@ -29,6 +29,8 @@ from clo_fleet.fleet.judge import Judge
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
 from clo_fleet.fleet.tracks import Tracks
+from clo_fleet.planning.pddl import fleet_domain
+from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
@@ -74,14 +76,24 @@ class Mission:
         self._site = Site(world.map, world.robots, world.objects, seed=world.seed, tick=TICK)
         self._truth = Truth(self._site, world.robots, world.objects)
         self._avoidance = Avoidance()
+        questions = Questions(world)
         self._robots = {
-            spec.id: Robot(spec, Executive(strategy, self._truth.facts, goals_of(spec.goals)), seed=world.seed)
+            spec.id: Robot(
+                spec,
+                Executive(
+                    strategy,
+                    self._truth.facts,
+                    goals_of(spec.goals),
+                    Repertoire(spec.id, questions.scene, fleet_domain()),
+                ),
+                seed=world.seed,
+            )
             for spec in sorted(world.robots, key=lambda spec: spec.id)
         }
         spread = world.skills.speed_spread
         for spec in world.robots if spread else ():
             self._site.slow(spec.id, varied(spec.max_speed, spread, world.seed, f"{spec.id}/speed"))
-        self._conversation = Conversation(world, self._site, self._truth, self._robots, recorder)
+        self._conversation = Conversation(world, self._site, self._truth, self._robots, recorder, questions)
         self._judge = Judge(frozenset(goal for spec in world.robots for goal in spec.goals))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
         self._standing: dict[str, str] = {}

@@ -57,13 +57,19 @@ class Desk:
 
 @dataclass(slots=True)
 class Questions:
-    """All open questions. A context manager: it ends the planner's processes."""
+    """All open questions. A context manager: it ends the planner's processes.
+
+    Attributes:
+        desks: what each robot's questions have cost.
+        wall_limited: whether some answer depended on the machine's speed.
+        scene: what stays the same from one question to the next.
+    """
 
     world: World
     desks: dict[RobotId, Desk] = field(init=False)
     wall_limited: bool = False
     _pool: PlannerPool = field(init=False, repr=False)
-    _scene: Scene = field(init=False, repr=False)
+    scene: Scene = field(init=False, repr=False)
     _graph: Any = field(init=False, repr=False)
     _ways: dict[str, dict[str, float]] = field(default_factory=dict, repr=False)
     _asked: dict[RobotId, float] = field(default_factory=dict, repr=False)
@@ -75,16 +81,15 @@ class Questions:
         self._pool = PlannerPool(
             fleet_domain(), wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit
         )
-        self._scene = Scene(
+        self.scene = Scene(
             robots=tuple(sorted(spec.id for spec in world.robots)),
             items=tuple(sorted(spec.id for spec in world.objects)),
             rooms=tuple(sorted(room.id for room in world.map.rooms)),
             travel={pair: max(1, round(seconds * TENTHS)) for pair, seconds in travel_time(world.map).items()},
             skills=world.skills,
         )
-
         self._graph = nx.DiGraph()
-        self._graph.add_weighted_edges_from((*pair, cost) for pair, cost in self._scene.travel.items())
+        self._graph.add_weighted_edges_from((*pair, cost) for pair, cost in self.scene.travel.items())
 
     def __enter__(self) -> Self:
         self._pool.warm()
@@ -103,7 +108,7 @@ class Questions:
         """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""
         meets = sorted(fact for fact in state if fact[0] == "meets")
         self._asked[robot] = time
-        self._pool.submit(robot, planning_task(robot, self._scene, state, goals, meets))
+        self._pool.submit(robot, planning_task(robot, self.scene, state, goals, meets))
 
     def earliest(self, robot: RobotId, state: frozenset[Fact], items: Iterable[str], place: str) -> float:
         """The least that it costs ``robot`` to bring one of ``items`` to ``place`` [0.1 s], as it believes."""
@@ -130,7 +135,7 @@ class Questions:
 
     def _travel(self, start: str, goal: str) -> float:
         """The cost of the way, over other rooms if it must be; a lower bound where the start is a zone."""
-        if start == goal or start not in self._scene.rooms:
+        if start == goal or start not in self.scene.rooms:
             return 0.0
         if start not in self._ways:
             self._ways[start] = nx.single_source_dijkstra_path_length(self._graph, start)

@@ -73,7 +73,7 @@ def _robot(mission: Mission, mine: Sequence[Timed], robot: str) -> RobotResult:
     sensed = [event for _, event in mine if isinstance(event, events.Sensed)]
     seen = {event.fact: event.by for event in sensed if event.opportunity and event.by is not None}
     used: set[Fact] = {event.fact for _, event in mine if isinstance(event, events.StepsLeftOut) and event.fact}
-    repairs = {time for time, event in mine if isinstance(event, events.StepsLeftOut)}
+    repairs = {time for time, event in mine if isinstance(event, events.StepsLeftOut | events.PlanMended)}
     return RobotResult(
         goals=tuple(fact_text(goal) for goal in known.spec.goals),
         goals_reached=all(goal in mission.facts for goal in known.spec.goals),

@@ -49,7 +49,7 @@ class RobotResult:
     vain, replaced by a new plan, not done by the end.
 
     Attributes:
-        repairs: how often a repair took steps out of the plan.
+        repairs: how often a repair changed the plan.
         repairs_refused: how often a repair was not possible.
         opportunities_seen: helpful facts, brought about by others, that the robot learnt of.
         opportunities_used: those of them that made steps needless.

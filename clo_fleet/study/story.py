@@ -42,6 +42,10 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
             names = " and ".join(name for _, name in steps)
             because = _because(fact, by, cause, log) if fact else reason
             return f"dropped {names}, because {because}"
+        case events.PlanMended(_, added, steps, means):
+            new = " and ".join(name for _, name in added)
+            what = f"with {new}" if new else "in another order"
+            return f"mended its plan by {means}, {what}: {', '.join(name for _, name in steps)}"
         case events.RepairFailed(_, why):
             return f"could not repair its plan: {why}"
         case events.Waiting(_, why):

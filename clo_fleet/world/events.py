@@ -28,6 +28,7 @@ __all__ = [
     "PlanAnnounced",
     "PlanFailed",
     "PlanFollowed",
+    "PlanMended",
     "PlanRequested",
     "Poses",
     "Recorder",
@@ -157,6 +158,16 @@ class StepsLeftOut:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanMended:
+    """A plan got new steps, or another order, without the planner: the whole of it, and by what means."""
+
+    robot: str
+    added: tuple[tuple[int, str], ...]
+    steps: tuple[tuple[int, str], ...]
+    means: str
+
+
+@dataclass(frozen=True, slots=True)
 class RepairFailed:
     """A plan could not be repaired: what it lacks."""
 
@@ -248,6 +259,7 @@ Event = (
     RunStarted
     | PlanRequested
     | PlanFollowed
+    | PlanMended
     | PlanFailed
     | PlanAnnounced
     | ActionStarted

@@ -15,6 +15,7 @@ from clo_fleet.clo.strategies import (
     PlanAgain,
     Replan,
     ReplanOnFailure,
+    ReplanOnOpportunity,
     Revision,
     Situation,
     Strategy,
@@ -54,8 +55,10 @@ def test_strategies_are_found_by_the_names_that_users_write() -> None:
     """And by these only; nobody can add to the table in passing."""
     assert {name: type(strategy) for name, strategy in STRATEGIES.items()} == {
         "clo": Clo,
+        "clo-improve": Clo,
         "clo-as-printed": AsPrinted,
         "replan": Replan,
+        "replan-on-opportunity": ReplanOnOpportunity,
         "replan-on-failure": ReplanOnFailure,
     }
     assert all(strategy.name == name for name, strategy in STRATEGIES.items())
