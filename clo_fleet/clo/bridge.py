@@ -17,27 +17,31 @@ so that a busy machine finds the same bridge.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from heapq import heappop, heappush
 from itertools import accumulate
 
 from clo_fleet.clo.operators import Operator, Operators
-from clo_fleet.clo.regression import entries, regressed
+from clo_fleet.clo.regression import NEVER, entries, regressed, turns
 from clo_fleet.clo.relaxation import INFINITE, Relaxation
 
 __all__ = ["Breach", "Bridge", "NoBridge", "Refusal", "Way", "bridge", "detour", "long_bridge", "short_bridge"]
 
-BREADTH_FIRST_EXPANSIONS = 300
+MOST_EXPANSIONS = 300  # breadth first
+MOST_STATES = 20_000  # the same, where much can be done in every state
+# States and conditions looked at best first, about 0.1 s: of 610 bridges found in 7 IPC domains, none took more than
+# 260,000.
+MOST_EFFORT = 400_000
+MOST_TRIES = 100_000  # of steps, to bring them into another order: about 15 ms
 WEIGHT = 5  # of the heuristic against the price of what is left: CLO prototype, 13 IPC domains
-TOUCHED_PER_SEARCH = 1_000_000  # conditions looked at by all heuristic passes of one search: about 0.2 s
 
 
 class Refusal(Enum):
     """Why a broken plan could not be mended."""
 
     NO_ACTIONS = "it is not known which actions there are to mend it with"
-    UNSOLVABLE = "no plan exists: the goals are out of reach even if nothing were ever undone"
+    UNSOLVABLE = "no plan exists: the goals are out of reach by all actions that there are"
     ONLY_BACK = "there is no way on, unless back through the state before the surprise"
     SPARED = "there is no way on that leaves alone what others have announced to need"
     BUDGET = "the search came to the end of its budget"
@@ -55,8 +59,8 @@ class Breach:
         state: what holds now.
         plan: the steps that were still to be done.
         goals: what must hold in the end.
-        before: the state before the surprise, into which no bridge may lead back.
-        spared: conditions that no action of a bridge may end.
+        before: the state before the surprise, into which no new action may lead back.
+        spared: conditions that no new action may end.
     """
 
     operators: Operators
@@ -65,6 +69,11 @@ class Breach:
     goals: int
     before: int | None = None
     spared: int = 0
+
+    @property
+    def back(self) -> int | None:
+        """The state that there is no way back into; ``None`` if the surprise changed nothing that actions speak of."""
+        return None if self.before == self.state else self.before
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +117,9 @@ def _in_another_order(breach: Breach) -> Way | None:
     state = breach.state
     done: list[int] = []
     left = list(range(len(breach.plan)))
-    while True:
+    tries = 0
+    while tries <= MOST_TRIES:
+        tries += len(left)
         put_off = []
         for place in left:
             operator = breach.plan[place]
@@ -120,8 +131,9 @@ def _in_another_order(breach: Breach) -> Way | None:
         if breach.goals & state == breach.goals:
             return tuple(done)
         if len(put_off) == len(left):
-            return None
+            break
         left = put_off
+    return None
 
 
 def bridge(breach: Breach) -> Bridge | NoBridge:
@@ -132,17 +144,14 @@ def bridge(breach: Breach) -> Bridge | NoBridge:
 
 def short_bridge(breach: Breach) -> Bridge | NoBridge:
     """A bridge of the fewest actions, if breadth first search finds one."""
-    return _Search(breach).breadth_first()
+    search = _Search(breach)
+    return search.at_once() or search.breadth_first()
 
 
 def long_bridge(breach: Breach) -> Bridge | NoBridge:
     """A bridge found by heuristic search."""
-    found = _Search(breach).best_first()
-    if isinstance(found, NoBridge) and found.why is Refusal.BUDGET and breach.before is not None:
-        back = _Search(replace(breach, before=None)).breadth_first()
-        if isinstance(back, Bridge):
-            return NoBridge(Refusal.ONLY_BACK, found.effort + back.effort)
-    return found
+    search = _Search(breach)
+    return search.at_once() or search.best_first()
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,25 +178,30 @@ class _Search:
 
     def __init__(self, breach: Breach) -> None:
         self._breach = breach
-        self._entries = entries(regressed(breach.plan, breach.goals), breach.state)
+        needed = regressed(breach.plan, breach.goals)
+        self._entries = entries(needed, breach.state)
+        self._turns = turns(needed)
         prices = [operator.price for operator in breach.plan]
         self._left = (*reversed(tuple(accumulate(reversed(prices)))), 0)  # the price of the plan from each place on
-        self._seen = {breach.state}
-        self._turned_back = False  # whether a way into the state before the surprise was left out
+        self._seen = {breach.state} if breach.back is None else {breach.state, breach.back}
         self._root = _Node(breach.state, 0)
-        self._effort = 0
+        self._expansions = self._effort = 0
+        self._spared = self._turned_back = False
+
+    def at_once(self) -> Bridge | None:
+        """The bridge of no actions, if the plan can be entered from where it is broken."""
+        entry = self._entries.latest_at_origin()
+        return None if entry is None else Bridge((), entry, 0)
 
     def breadth_first(self) -> Bridge | NoBridge:
         """The best of the first layer in which a bridge ends."""
         layer = [self._root]
-        expansions = 0
         while layer:
             following: list[_Node] = []
             best: tuple[int, _Node, int] | None = None
             for node in layer:
-                if expansions == BREADTH_FIRST_EXPANSIONS:
+                if self._is_broad():
                     break
-                expansions += 1
                 for child in self._children(node):
                     entry = self._entries.latest(child.state)
                     if entry is None:
@@ -196,68 +210,76 @@ class _Search:
                         best = child.price + self._left[entry], child, entry
             if best is not None:
                 return Bridge(best[1].actions(), best[2], self._effort)
-            if expansions == BREADTH_FIRST_EXPANSIONS:
+            if self._is_broad():
                 return NoBridge(Refusal.BUDGET, self._effort)
             layer = following
         return self._nowhere_left()
 
-    def _nowhere_left(self, touched: int = 0) -> NoBridge:
+    def _is_broad(self) -> bool:
+        return self._expansions >= MOST_EXPANSIONS or self._effort >= MOST_STATES
+
+    def _nowhere_left(self) -> NoBridge:
         """All states have been seen that can be reached by what is allowed."""
         why = Refusal.ONLY_BACK if self._turned_back else Refusal.UNSOLVABLE
-        return NoBridge(Refusal.SPARED if self._breach.spared else why, self._effort + touched)
+        return NoBridge(Refusal.SPARED if self._spared else why, self._effort)
 
     def best_first(self) -> Bridge | NoBridge:
         """Greedy towards the place that promises the cheapest whole."""
-        operators, spared = self._breach.operators, self._breach.spared
         queue: list[tuple[int, int, int, _Node]] = [(0, 0, 0, self._root)]
-        number = touched = 0
+        number = 0
         while queue:
             *_, node = heappop(queue)
-            relaxed = Relaxation.of(operators, node.state, spared)
-            touched += relaxed.touched
-            target, estimate = self._target(relaxed)
-            if estimate >= INFINITE:
-                if node is self._root:
-                    why = Refusal.SPARED if spared else Refusal.UNSOLVABLE
-                    return NoBridge(why, self._effort + touched)
+            relaxed = Relaxation.of(self._breach.operators, node.state, self._breach.spared)
+            self._effort += relaxed.touched
+            aim = self._aim(relaxed)
+            if aim is None:
+                self._spared |= bool(self._breach.spared)
                 continue
+            target, estimate = aim
             helpful = {id(operator) for operator in relaxed.plan(self._entries.needed[target])}
             priority = node.price + estimate
             for child in self._children(node):
                 entry = self._entries.latest(child.state)
                 if entry is not None:
-                    return Bridge(child.actions(), entry, self._effort + touched)
+                    return Bridge(child.actions(), entry, self._effort)
                 number += 1
                 heappush(queue, (priority, id(child.operator) not in helpful, number, child))
-            if touched > TOUCHED_PER_SEARCH:
-                return NoBridge(Refusal.BUDGET, self._effort + touched)
-        return self._nowhere_left(touched)
+            if self._effort > MOST_EFFORT:
+                return NoBridge(Refusal.BUDGET, self._effort)
+        return self._nowhere_left()
 
-    def _target(self, relaxed: Relaxation) -> tuple[int, int]:
-        """The place to aim at, and ``5 h + what is left`` there."""
-        best, least = len(self._left) - 1, INFINITE
+    def _aim(self, relaxed: Relaxation) -> tuple[int, int] | None:
+        """The place to aim at, and ``5 h + what is left`` there; ``None`` if all are out of reach."""
+        best: tuple[int, int] | None = None
+        distance, estimate = relaxed.distance, 0
         for place in range(len(self._left) - 1, -1, -1):
-            if self._left[place] >= least:
+            left = self._left[place]
+            if (best is not None and left >= best[1]) or self._entries.needed[place] == NEVER:
                 break
-            needed = self._entries.needed[place]
-            if needed >= 0 and (estimate := relaxed.estimate(needed)) < INFINITE:
-                score = WEIGHT * estimate + self._left[place]
-                if score < least:
-                    best, least = place, score
-        return best, least
+            begun, ended = self._turns[place]
+            for bit in begun:
+                estimate += distance[bit]
+            for bit in ended:
+                estimate -= distance[bit]
+            self._effort += len(begun) + len(ended)
+            if estimate < INFINITE and (best is None or WEIGHT * estimate + left < best[1]):
+                best = place, WEIGHT * estimate + left
+        return best
 
     def _children(self, node: _Node) -> list[_Node]:
         """The new states one operator further."""
         found: list[_Node] = []
-        spared, seen = self._breach.spared, self._seen
+        spared, back, seen = self._breach.spared, self._breach.back, self._seen
         for operator in self._breach.operators.applicable(node.state):
             if operator.ends & spared:
+                self._spared = True
                 continue
             state = node.state & ~operator.ends | operator.gains
-            if state == self._breach.before:
-                self._turned_back = True
-            elif state not in seen:
+            if state not in seen:
                 seen.add(state)
                 found.append(_Node(state, node.price + operator.price, operator, node))
+            elif state == back:
+                self._turned_back = True
+        self._expansions += 1
         self._effort += len(found)
         return found

@@ -279,7 +279,7 @@ class Deliberation:
             goals=data.goals,
             changed=changed,
             since=frozenset(data.news),
-            links=causal_links(data.beliefs ^ data.news.keys(), plan, data.goals),
+            past=frozenset(data.beliefs ^ data.news.keys()),
             promised=data.promised,
             running=data.running is not None,
             unknown=frozenset(data.unknown),

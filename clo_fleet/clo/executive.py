@@ -104,7 +104,7 @@ class Executive:
         self._strategy = strategy
         self._data = ExecutiveState(beliefs=set(beliefs), goals=tuple(goals))
         self._mind = Deliberation(strategy, self._data, actions)
-        self._links = Links()
+        self._links: Links | None = None
 
     # ---- what can be asked ---------------------------------------------------------------------------------
 
@@ -154,7 +154,10 @@ class Executive:
 
     @property
     def links(self) -> Links:
-        """The links of the steps left, as things are believed."""
+        """The links of the steps left, as things are believed. Worked out when asked for after a change."""
+        if self._links is None:
+            data = self._data
+            self._links = causal_links(data.beliefs, self._mind.rest(), data.goals, data.unknown)
         return self._links
 
     @property
@@ -172,7 +175,7 @@ class Executive:
         """The facts that its senses and its radio should attend to."""
         running = self.running
         effects = running.action.adds | running.action.deletes if running else frozenset()
-        return self._strategy.watch(self._links, effects | {goal.fact for goal in self._data.goals})
+        return self._strategy.watch(self.links, effects | {goal.fact for goal in self._data.goals})
 
     @property
     def planning_state(self) -> frozenset[Fact]:
@@ -189,7 +192,6 @@ class Executive:
         executive = cls(strategy, (), ())
         executive._data = ExecutiveState.from_state(state)
         executive._mind = Deliberation(strategy, executive._data, actions)
-        executive._relink()
         return executive
 
     # ---- the one entry -------------------------------------------------------------------------------------
@@ -207,7 +209,7 @@ class Executive:
             raise UnexpectedEventError(self.mode, event, f" (running step: {self._data.running})")
         commands = (*act(self, event), *self._mind.advance())
         if not isinstance(event, Wake):
-            self._relink()
+            self._links = None
         return commands
 
     # ---- events --------------------------------------------------------------------------------------------
@@ -228,8 +230,7 @@ class Executive:
         data.news = {fact: cause for fact, cause in data.news.items() if (fact in data.beliefs) != (fact in question)}
         commands: list[Command] = [PlanAdopted(steps, superseded, first)]
         situation = self._mind.situation(frozenset(data.news))
-        links = causal_links(question, steps, data.goals)
-        revision = self._strategy.revise(replace(situation, links=links))
+        revision = self._strategy.revise(replace(situation, past=question))
         if isinstance(revision, PlanAgain):
             if self._mind.sound():
                 return commands
@@ -326,10 +327,6 @@ class Executive:
 
     def _wake(self, event: Wake) -> list[Command]:
         return []
-
-    def _relink(self) -> None:
-        data = self._data
-        self._links = causal_links(data.beliefs, self._mind.rest(), data.goals, data.unknown)
 
 
 _RUNNING = frozenset({Mode.ACTING, Mode.ACTING_AND_PLANNING})

@@ -13,8 +13,8 @@ decides the same.
 
 from collections.abc import Sequence
 
-from clo_fleet.clo.bridge import Way
-from clo_fleet.clo.operators import Operator, Operators, bits
+from clo_fleet.clo.bridge import Breach, Way
+from clo_fleet.clo.operators import Operator, bits
 from clo_fleet.clo.regression import regressed
 
 __all__ = ["eliminated", "improved"]
@@ -23,65 +23,59 @@ BUDGET = 40_000  # operators looked at: about 10 ms
 LONGEST_WINDOW = 8
 MOST_NEW = 3  # actions in the place of a window
 
+_Pair = tuple[Operator, int | None]  # a step of the way, and its place in the plan; ``None``: it is new
 
-def improved(
-    operators: Operators, state: int, plan: Sequence[Operator], goals: int, spared: int = 0, budget: int = BUDGET
-) -> Way:
-    """The plan, no dearer and no longer, from ``state`` to ``goals``; the plan given has to be valid.
+
+def improved(breach: Breach, way: Way, budget: int = BUDGET) -> Way:
+    """The way, which has to reach the goals, made no dearer and no longer.
 
     Cheaper means a smaller sum of costs, and of equal sums fewer steps.
     """
-    improvement = _Improvement(operators, state, plan, goals, spared, budget)
+    improvement = _Improvement(breach, way, budget)
     improvement.improve()
     return improvement.way()
 
 
-def eliminated(operators: Operators, state: int, plan: Sequence[Operator], goals: int) -> Way:
-    """The valid plan without the steps that action elimination finds needless."""
-    improvement = _Improvement(operators, state, plan, goals)
+def eliminated(breach: Breach, way: Way, budget: int = BUDGET) -> Way:
+    """The way, which has to reach the goals, without the steps that action elimination finds needless."""
+    improvement = _Improvement(breach, way, budget)
     improvement.eliminate()
     return improvement.way()
 
 
 class _Improvement:
-    """One attempt to improve a plan. Lives as long as the call."""
+    """One attempt to improve a way. Lives as long as the call."""
 
-    def __init__(
-        self,
-        operators: Operators,
-        state: int,
-        plan: Sequence[Operator],
-        goals: int,
-        spared: int = 0,
-        budget: int = BUDGET,
-    ) -> None:
-        self._state = state
-        self._goals = goals
+    def __init__(self, breach: Breach, way: Way, budget: int) -> None:
+        self._breach = breach
         self._left = budget
-        self._operators = operators
-        self._spared = spared
-        self._way: list[tuple[Operator, int | None]] = [(operator, place) for place, operator in enumerate(plan)]
+        self._way: list[_Pair] = [
+            (step, None) if isinstance(step, Operator) else (breach.plan[step], step) for step in way
+        ]
 
     def way(self) -> Way:
-        """The plan as it is now."""
+        """The way as it is now."""
         return tuple(operator if place is None else place for operator, place in self._way)
 
     def improve(self) -> None:
         """Go on until nothing more is found: first without new actions, then with one, with two..."""
-        self.eliminate()
+        self.eliminate(keep=self._left // 2)  # it would use up all for a long plan
         length = 1
         while length <= MOST_NEW and self._left > 0:
             if self._replace(length):
-                self.eliminate()
+                self.eliminate(keep=self._left // 2)
                 length = 1
             else:
                 length += 1
 
-    def eliminate(self) -> bool:
-        """Leave out each step in turn with what cannot be done without it, where the goals are still reached."""
-        shorter = False
-        place, state = 0, self._state
-        while place < len(self._way) and self._left > 0:
+    def eliminate(self, keep: int = 0) -> None:
+        """Leave out each step in turn with what cannot be done without it, where the goals are still reached.
+
+        Args:
+            keep: how much of the budget to leave.
+        """
+        place, state = 0, self._breach.state
+        while place < len(self._way) and self._left > keep:
             rest = self._without(place, state)
             if rest is None:
                 operator = self._way[place][0]
@@ -89,41 +83,52 @@ class _Improvement:
                 place += 1
             else:
                 self._way[place:] = rest
-                shorter = True
-        return shorter
 
-    def _without(self, first: int, state: int) -> list[tuple[Operator, int | None]] | None:
+    def _without(self, first: int, state: int) -> list[_Pair] | None:
         """What follows ``first`` if it is left out, with all that cannot be done then; ``None`` if a goal is lost."""
         rest = []
+        there = state
         self._left -= len(self._way) - first
         for pair in self._way[first + 1 :]:
             operator = pair[0]
-            if operator.needs & state == operator.needs:
-                state = state & ~operator.ends | operator.gains
+            if operator.needs & there == operator.needs:
+                there = there & ~operator.ends | operator.gains
                 rest.append(pair)
-        return rest if state & self._goals == self._goals else None
+        return None if self._breach.goals & ~there or self._leads_back(state, rest) else rest
+
+    def _leads_back(self, state: int, rest: Sequence[_Pair]) -> bool:
+        """Whether one of the new actions that are done from ``state`` leads into the state before the surprise."""
+        for operator, place in rest if self._breach.back is not None else ():
+            state = state & ~operator.ends | operator.gains
+            if place is None and state == self._breach.back:
+                return True
+        return False
 
     def _replace(self, length: int) -> bool:
         """Replace windows by at most ``length`` actions, from the front to the end; whether one was replaced."""
         replaced = False
-        needed = regressed([operator for operator, _ in self._way], self._goals)
-        place, state = 0, self._state
+        needed = self._needed()
+        place, state = 0, self._breach.state
         while place < len(self._way) and self._left > 0:
             found = self._jump(place, state, needed) or self._window(place, state, needed, length)
-            if found is None:
+            rest = None if found is None else [*((operator, None) for operator in found[1]), *self._way[found[0] :]]
+            if rest is None or self._leads_back(state, rest):
                 operator = self._way[place][0]
                 state = state & ~operator.ends | operator.gains
                 place += 1
             else:
-                end, actions = found
-                self._way[place:end] = [(operator, None) for operator in actions]
-                needed = regressed([operator for operator, _ in self._way], self._goals)
+                self._way[place:] = rest
+                needed = self._needed()
                 replaced = True
         return replaced
 
+    def _needed(self) -> Sequence[int]:
+        self._left -= len(self._way) // 8  # a place costs far less than an operator that is looked at, here and below
+        return regressed([operator for operator, _ in self._way], self._breach.goals)
+
     def _jump(self, place: int, state: int, needed: Sequence[int]) -> tuple[int, tuple[Operator, ...]] | None:
         """The last place further on that can be entered from here at once."""
-        self._left -= (len(needed) - place) // 8  # a comparison costs far less than an operator
+        self._left -= (len(needed) - place) // 8
         for end in range(len(needed) - 1, place, -1):
             if needed[end] & ~state == 0:
                 return end, ()
@@ -153,16 +158,16 @@ class _Improvement:
             return None
         best: tuple[Operator, ...] | None = None
         bit = next(bits(missing))
-        for place in self._operators.achievers[bit]:
+        for place in self._breach.operators.achievers[bit]:
             self._left -= 1
             if self._left <= 0:
                 break
-            operator = self._operators.all[place]
+            operator = self._breach.operators.all[place]
             left = cost - operator.action.cost
-            if left < 0 or (needed | self._spared) & operator.ends:
+            if left < 0 or (needed | self._breach.spared) & operator.ends:
                 continue
             before = self._way_to(needed & ~operator.gains | operator.needs, state, left, steps - 1, length - 1)
-            if before is not None:
+            if before is not None and not self._leads_back(state, [(o, None) for o in (*before, operator)]):
                 best = (*before, operator)
                 cost, steps = sum(o.action.cost for o in best), len(best)
         return best

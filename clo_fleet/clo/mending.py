@@ -39,15 +39,13 @@ def mended(breach: Breach, *, under_way: bool) -> Mended | NoBridge:
     found = _by_any_means(rest)
     if isinstance(found, NoBridge):
         return found
-    operators = tuple(step if isinstance(step, Operator) else rest.plan[step] for step in found.way)
-    way = composed(found.way, eliminated(rest.operators, rest.state, operators, rest.goals))
-    return replace(found, way=whole(way))
+    return replace(found, way=whole(eliminated(rest, found.way)))
 
 
 def shortened(breach: Breach, *, under_way: bool) -> Way:
     """The plan, which has to be valid, with shorter and cheaper ways in the place of some of its windows."""
     rest, whole = _rest(breach, under_way=under_way)
-    return whole(improved(rest.operators, rest.state, rest.plan, rest.goals, rest.spared))
+    return whole(improved(rest, tuple(range(len(rest.plan)))))
 
 
 def composed(way: Way, then: Way) -> Way:

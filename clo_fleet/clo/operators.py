@@ -47,51 +47,61 @@ class Operators:
     """
 
     def __init__(self, actions: Iterable[Action], goals: Iterable[Condition] = ()) -> None:
-        self._bits: dict[Condition, int] = {}
         self._positive: dict[Fact, int] = {}
         self._negative: dict[Fact, int] = {}
+        self._conditions: list[Condition] = []
         given = tuple(actions)
         for action in given:
-            for need in action.needs:
-                self._add(need)
-        for goal in goals:
-            self._add(goal)
+            self._add(action.needs)
+        self._add(goals)
         for action in given:
-            for fact in sorted(action.adds) + sorted(action.deletes):
-                self._add(Condition(fact))
-        self._conditions = tuple(self._bits)
+            for fact in sorted((action.adds | action.deletes).difference(self._positive)):
+                self._add((Condition(fact),))
         self.all = tuple(map(self.operator, given))
         self.gained = tuple(tuple(bits(operator.gains)) for operator in self.all)
         self.prices = tuple(operator.price for operator in self.all)
         needed = tuple(tuple(bits(operator.needs)) for operator in self.all)
         self.needs_count = tuple(map(len, needed))
         self.always = tuple(place for place, count in enumerate(self.needs_count) if not count)
-        self.achievers: tuple[list[int], ...] = tuple([] for _ in self._bits)
-        self.consumers: tuple[list[int], ...] = tuple([] for _ in self._bits)
-        for place in range(len(self.all)):
-            for bit in self.gained[place]:
+        self.achievers: tuple[list[int], ...] = tuple([] for _ in self._conditions)
+        self.consumers: tuple[list[int], ...] = tuple([] for _ in self._conditions)
+        for place, (gained, lacks) in enumerate(zip(self.gained, needed, strict=True)):
+            for bit in gained:
                 self.achievers[bit].append(place)
-            for bit in needed[place]:
+            for bit in lacks:
                 self.consumers[bit].append(place)
-        self._by_name = {(operator.action.schema, operator.action.args): operator for operator in self.all}
+        self._by_name = {(action.schema, action.args): place for place, action in enumerate(given)}
         self._objects = _objects(given)
+        self._about: dict[str, int] = {}
         # Each operator is looked at only where its rarest condition holds.
+        count = tuple(map(len, self.consumers))
         self._watching: dict[int, list[Operator]] = {}
         for operator, lacks in zip(self.all, needed, strict=True):
             if lacks:
-                rarest = min(lacks, key=lambda bit: (len(self.consumers[bit]), bit))
-                self._watching.setdefault(rarest, []).append(operator)
+                self._watching.setdefault(min(lacks, key=count.__getitem__), []).append(operator)
         self._watched = sum(1 << bit for bit in self._watching)
 
-    def _add(self, condition: Condition) -> None:
-        if condition not in self._bits:
+    def _add(self, conditions: Iterable[Condition]) -> None:
+        for condition in conditions:
             side = self._positive if condition.positive else self._negative
-            self._bits[condition] = len(self._bits)
-            side[condition.fact] = 1 << self._bits[condition]
+            if condition.fact not in side:
+                side[condition.fact] = 1 << len(self._conditions)
+                self._conditions.append(condition)
 
     def covers(self, conditions: Iterable[Condition]) -> bool:
         """Whether each of the conditions has a bit: no other can be brought about, or told from a bit set."""
-        return all(condition in self._bits for condition in conditions)
+        return all(c.fact in (self._positive if c.positive else self._negative) for c in conditions)
+
+    def covering(self, conditions: Iterable[Condition]) -> "Operators":
+        """These operators if they cover the conditions, else the same actions with bits for them as well.
+
+        >>> Operators(()).covering([Condition(("open", "d1"))]).covers([Condition(("open", "d1"))])
+        True
+        """
+        wanted = tuple(conditions)
+        if self.covers(wanted):
+            return self
+        return Operators((operator.action for operator in self.all), (*self._conditions, *wanted))
 
     def conditions(self, mask: int) -> tuple[Condition, ...]:
         """The conditions whose bits are set."""
@@ -103,11 +113,16 @@ class Operators:
 
     def about(self, name: str) -> int:
         """The conditions that name the object."""
-        return sum(1 << bit for bit, condition in enumerate(self._conditions) if name in condition.fact[1:])
+        found = self._about.get(name)
+        if found is None:
+            found = sum(1 << bit for bit, condition in enumerate(self._conditions) if name in condition.fact[1:])
+            self._about[name] = found
+        return found
 
     def named(self, schema: str, args: tuple[str, ...]) -> Operator | None:
-        """The operator of that name."""
-        return self._by_name.get((schema, args))
+        """The operator of that name; the last, if there are several."""
+        place = self._by_name.get((schema, args))
+        return None if place is None else self.all[place]
 
     def operator(self, action: Action) -> Operator:
         """The action as bit sets; what no bit stands for is left out of its effects.
@@ -156,10 +171,13 @@ class Operators:
 
 
 def _objects(actions: Iterable[Action]) -> dict[tuple[str, int], tuple[str, ...]]:
-    found: dict[tuple[str, int], set[str]] = {}
+    rows: dict[tuple[str, int], list[tuple[str, ...]]] = {}
     for action in actions:
-        for position, name in enumerate(action.args):
-            found.setdefault((action.schema, position), set()).add(name)
+        rows.setdefault((action.schema, len(action.args)), []).append(action.args)
+    found: dict[tuple[str, int], set[str]] = {}
+    for (schema, _), group in rows.items():
+        for position, column in enumerate(zip(*group, strict=True)):
+            found.setdefault((schema, position), set()).update(column)
     return {key: tuple(sorted(names)) for key, names in found.items()}
 
 

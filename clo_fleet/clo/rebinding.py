@@ -9,13 +9,15 @@ nothing new has to be done: only the name is wrong. Two ways, each checked by ru
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from clo_fleet.clo.bridge import Breach, Way, detour
 from clo_fleet.clo.operators import Operator
 
 __all__ = ["exchanged", "rebound"]
 
-MOST_TRIALS = 200
+MOST_ONWARDS = 100_000  # steps of all plans tried: about 30 ms
+MOST_EXCHANGED = 20_000  # the same, where a detour is looked for through each of them: about 0.2 s
 
 
 def rebound(breach: Breach) -> Way | None:
@@ -25,37 +27,35 @@ def rebound(breach: Breach) -> Way | None:
     """
     plan = tuple(breach.plan)
     place, state = _first_broken(plan, breach.state)
-    trials = 0
-    while place < len(plan):
+    tried = 0
+    while place < len(plan) and tried <= MOST_ONWARDS:
         best = plan, place, state
         for other in _onwards(breach, plan, place, state):
-            trials += 1
+            tried += len(plan) - place
             reached, there = _first_broken(other[place:], state)
             if place + reached > best[1]:
                 best = other, place + reached, there
-            if best[1] == len(plan) or trials == MOST_TRIALS:
+            if best[1] == len(plan) or tried > MOST_ONWARDS:
                 break
-        if best[1] == place or trials == MOST_TRIALS:
+        if best[1] == place:
             return None
         plan, place, state = best
-    return _changed(breach, plan, range(len(plan))) if state & breach.goals == breach.goals else None
+    whole = place == len(plan) and state & breach.goals == breach.goals
+    return _changed(breach, plan, range(len(plan))) if whole else None
 
 
 def exchanged(breach: Breach) -> Way | None:
     """The plan, some steps left out, with two objects exchanged: one that its first broken step names, and another."""
-    plan = tuple(breach.plan)
-    place, _ = _first_broken(plan, breach.state)
-    trials = 0
-    for old, new in _pairs(breach, plan[place] if place < len(plan) else None):
-        names = {old: new, new: old}
-        other = tuple(filter(None, (_renamed(breach, operator, names) for operator in plan)))
-        if len(other) < len(plan):
-            continue
-        found = detour(Breach(operators=breach.operators, state=breach.state, plan=other, goals=breach.goals))
-        if found is not None:
-            return _changed(breach, other, found)
-        trials += 1
-        if trials == MOST_TRIALS:
+    place, _ = _first_broken(breach.plan, breach.state)
+    tried = 0
+    for old, new in _pairs(breach, breach.plan[place]) if place < len(breach.plan) else ():
+        other = _all_renamed(breach, {old: new, new: old})
+        tried += len(other)
+        if len(other) == len(breach.plan):
+            found = detour(replace(breach, plan=other))
+            if found is not None:
+                return _changed(breach, other, found)
+        if tried > MOST_EXCHANGED:
             break
     return None
 
@@ -63,11 +63,12 @@ def exchanged(breach: Breach) -> Way | None:
 def _changed(breach: Breach, other: Sequence[Operator], way: Iterable[int | Operator]) -> Way:
     """The way through the ``other`` plan, in which some steps of the plan have got other objects."""
     return tuple(
-        step if isinstance(step, Operator) or other[step] is breach.plan[step] else other[step] for step in way
+        step if isinstance(step, Operator) or other[step].action == breach.plan[step].action else other[step]
+        for step in way
     )
 
 
-def _first_broken(plan: tuple[Operator, ...], state: int) -> tuple[int, int]:
+def _first_broken(plan: Sequence[Operator], state: int) -> tuple[int, int]:
     """The place of the first step that cannot be done, and the state there; the plan's length if all can."""
     for place, operator in enumerate(plan):
         if operator.needs & state != operator.needs:
@@ -76,10 +77,8 @@ def _first_broken(plan: tuple[Operator, ...], state: int) -> tuple[int, int]:
     return len(plan), state
 
 
-def _pairs(breach: Breach, broken: Operator | None) -> Iterator[tuple[str, str]]:
+def _pairs(breach: Breach, broken: Operator) -> Iterator[tuple[str, str]]:
     """An object that the broken step names, and one that could stand in the same place of such a step."""
-    if broken is None:
-        return
     action = broken.action
     for position, old in enumerate(action.args):
         for new in breach.operators.objects(action.schema, position):
@@ -111,8 +110,22 @@ def _onwards(breach: Breach, plan: tuple[Operator, ...], place: int, state: int)
             yield tuple(changed)
 
 
+def _all_renamed(breach: Breach, names: dict[str, str]) -> tuple[Operator, ...]:
+    """The plan with other objects, up to the first step of which there is no such action."""
+    found = []
+    for operator in breach.plan:
+        renamed = _renamed(breach, operator, names)
+        if renamed is None:
+            break
+        found.append(renamed)
+    return tuple(found)
+
+
 def _renamed(breach: Breach, operator: Operator, names: dict[str, str]) -> Operator | None:
-    """The operator with other objects; ``None`` if there is no such action."""
+    """The operator with other objects; ``None`` if there is no such action, or others need what it would end."""
     action = operator.action
     args = tuple(names.get(arg, arg) for arg in action.args)
-    return operator if args == action.args else breach.operators.named(action.schema, args)
+    if args == action.args:
+        return operator
+    other = breach.operators.named(action.schema, args)
+    return None if other is None or other.ends & breach.spared else other

@@ -12,7 +12,8 @@ from clo_fleet.clo.operators import Operator, Operators, bits
 
 __all__ = ["INFINITE", "Relaxation"]
 
-INFINITE = 1 << 40
+FARTHEST = 1 << 40  # what is further counts as that far: the sums double with each level of conditions
+INFINITE = 1 << 80  # more than any sum of what is within reach
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ class Relaxation:
             operator = everything[place]
             if operator.ends & forbidden:
                 return
-            price = sums[place]
+            price = min(sums[place], FARTHEST)
             for bit in operators.gained[place]:
                 if price < distance[bit]:
                     distance[bit] = price
@@ -72,13 +73,6 @@ class Relaxation:
                     gain(place)
             touched += len(consumers[bit])
         return cls(operators, state, distance, supporter, touched)
-
-    def estimate(self, conditions: int) -> int:
-        """The sum of the distances of the conditions; ``INFINITE`` if one of them cannot be gained."""
-        total = 0
-        for bit in bits(conditions & ~self.state):
-            total += self.distance[bit]
-        return min(total, INFINITE)
 
     def plan(self, conditions: int) -> tuple[Operator, ...]:
         """Operators that, were nothing ever undone, would gain the conditions, which have to be within reach."""

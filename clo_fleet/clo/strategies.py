@@ -13,7 +13,7 @@ from clo_fleet.clo.links import End, Links, Unsupported, causal_links
 from clo_fleet.clo.operators import Operators
 from clo_fleet.clo.plan import Plan
 from clo_fleet.clo.printed import opportunities, printed_links, printed_repair
-from clo_fleet.clo.repair import Drop, DropReason, Refusal, Refused, Repaired, repair
+from clo_fleet.clo.repair import Drop, DropReason, Refusal, Refused, Repaired, Setting, repair
 from clo_fleet.clo.task import Condition, Fact, State, fact_text
 
 __all__ = [
@@ -55,7 +55,7 @@ class Situation:
         goals: what must hold in the end.
         changed: facts whose value is found to differ from what was expected.
         since: all such facts since the plan was last whole, these included.
-        links: the links of the plan before those changes.
+        past: the facts believed before those changes.
         promised: facts that others have in hand and announced to bring about.
         running: whether the first step is under way.
         unknown: facts not known to be true or to be false.
@@ -69,7 +69,7 @@ class Situation:
     goals: tuple[Condition, ...]
     changed: frozenset[Fact]
     since: frozenset[Fact]
-    links: Links
+    past: frozenset[Fact]
     promised: frozenset[Fact]
     running: bool = False
     unknown: frozenset[Fact] = frozenset()
@@ -170,7 +170,6 @@ class Clo:
             situation.state | promised,
             situation.plan,
             situation.goals,
-            before=situation.links,
             changed=situation.since | promised,
             unknown=situation.unknown - promised,
             operators=operators,
@@ -210,7 +209,7 @@ class AsPrinted:
             return Keep()
         plan = tuple(steps[i] for i in left)
         drops = tuple(Drop(steps[i], DropReason.NEEDLESS, (fact,)) for i, fact in sorted(because.items()))
-        return Adopt(Repaired(plan, drops, causal_links(situation.state, plan, situation.goals)))
+        return Adopt(Repaired(plan, drops, setting=Setting(situation.state, situation.goals)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +249,7 @@ class ReplanOnOpportunity:
         links = causal_links(state, plan, situation.goals, situation.unknown)
         if links.unsupported:
             return PlanAgain("; ".join(_gap(gap, plan) for gap in links.unsupported))
-        opportunities = situation.links.opportunities
+        opportunities = causal_links(situation.past, plan, situation.goals, situation.unknown).opportunities
         return _unexpected(fact for fact in situation.changed if Condition(fact, fact in state) in opportunities)
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from clo_fleet.clo.deliberation import MOST_ATTEMPTS, MOST_RELAPSES
 from clo_fleet.clo.executive import TRANSITIONS, Executive, Mode, UnexpectedEventError
-from clo_fleet.clo.links import Links
 from clo_fleet.clo.messages import (
     AcceptOffer,
     ActionCancelled,
@@ -196,7 +195,7 @@ def test_it_can_be_asked_what_it_knows() -> None:
     executive = robot.executive
     assert isinstance(executive.strategy, Clo)
     assert (executive.beliefs, executive.goals) == (START, goals_of(map(parse_fact, GOALS)))
-    assert (executive.running, executive.plan, executive.links, executive.outcome) == (None, (), Links(), "")
+    assert (executive.running, executive.plan, executive.links.links, executive.outcome) == (None, (), (), "")
     assert executive.watch == facts(*GOALS)
     robot.begin(*PLAN)
     assert str(executive.running) == "move(l3, l1)"

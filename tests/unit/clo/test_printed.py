@@ -1,7 +1,6 @@
 """The paper's algorithms as printed: what they get right is the module's doctest; here is what they get wrong."""
 
 from clo_fleet.clo.executive import Executive
-from clo_fleet.clo.links import causal_links
 from clo_fleet.clo.messages import ActionFinished, AskPlan, Begin, PlanArrived, StartAction, StepsDropped
 from clo_fleet.clo.plan import first_fault, goals_of, number
 from clo_fleet.clo.printed import opportunities, printed_links, printed_repair
@@ -97,9 +96,8 @@ def test_strategy_leaves_the_plan_alone_when_nothing_changed() -> None:
     state = frozenset({("at", "hub"), ("lies", "o1", "b"), ("lies", "o2", "hub")})
 
     def asked(changed: frozenset[Fact], more: frozenset[Fact] = frozenset()) -> Adopt | Keep:
-        links = causal_links(state, steps, GOALS)
         situation = Situation(
-            state=state | more, plan=steps, goals=GOALS, changed=changed, since=changed, links=links,
+            state=state | more, plan=steps, goals=GOALS, changed=changed, since=changed, past=state,
             promised=frozenset(),
         )  # fmt: skip
         revision = AsPrinted().revise(situation)

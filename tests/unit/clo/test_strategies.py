@@ -46,7 +46,7 @@ def situation(state: frozenset[Fact], *, promised: frozenset[Fact] = frozenset()
         goals=GOALS,
         changed=state ^ before,
         since=state ^ before,
-        links=causal_links(before, plan, GOALS),
+        past=before,
         promised=promised,
     )
 
@@ -126,7 +126,8 @@ def test_clo_adopts_a_plan_to_which_nothing_happened() -> None:
     """Nothing is dropped from it."""
     revision = Clo().revise(situation(facts("(open)")))
     assert isinstance(revision, Adopt)
-    assert revision.repaired == Repaired(PLAN, (), causal_links(facts("(open)"), PLAN, GOALS))
+    assert revision.repaired == Repaired(PLAN, ())
+    assert revision.repaired.links == causal_links(facts("(open)"), PLAN, GOALS)
 
 
 @pytest.mark.parametrize(
