@@ -13,25 +13,32 @@ Each call gets a fresh `Environment`: expressions are numbered in the order in w
 nothing that an earlier call left behind may reach a plan.
 """
 
+import contextlib
+import gc
+import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fast_downward.translate import main as translator  # type: ignore[import-untyped]  # ships no types
+from fast_downward.translate import options as translator_options
 from unified_planning.engines.results import LogLevel, LogMessage, PlanGenerationResult, PlanGenerationResultStatus
 from unified_planning.environment import Environment
 from unified_planning.io import PDDLWriter
 from unified_planning.model import Fluent, InstantaneousAction, Object, Parameter, Problem
 from unified_planning.model.metrics import MinimizeActionCosts
 from up_fast_downward import FastDownwardPDDLPlanner
+from up_fast_downward.downward.driver.aliases import ALIASES
+from up_fast_downward.downward.driver.util import BUILDS_DIR
 
 from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.planning.planner import Answer, Verdict
 from clo_fleet.planning.problem import PlanningTask
 from clo_fleet.planning.schemas import EQUALS, OBJECT, Domain, Schema
 
-__all__ = ["Call", "Finished", "solve"]
+__all__ = ["Call", "Finished", "solve", "solve_text"]
 
 ALIAS = "lama-first"
 _ENGINE = "fast-downward"
@@ -45,6 +52,16 @@ _VERDICTS = {
     PlanGenerationResultStatus.UNSOLVABLE_INCOMPLETELY: Verdict.NO_PLAN,
     PlanGenerationResultStatus.TIMEOUT: Verdict.OUT_OF_TIME,
     PlanGenerationResultStatus.MEMOUT: Verdict.OUT_OF_MEMORY,
+}
+_SEARCH_VERDICTS = {  # exit codes of the search itself, https://www.fast-downward.org/ExitCodes
+    0: Verdict.PLAN,
+    10: Verdict.NO_PLAN_PROVEN,
+    11: Verdict.NO_PLAN_PROVEN,
+    12: Verdict.NO_PLAN,
+    22: Verdict.OUT_OF_MEMORY,
+    23: Verdict.OUT_OF_TIME,
+    24: Verdict.OUT_OF_MEMORY,
+    None: Verdict.OUT_OF_TIME,
 }
 
 
@@ -217,3 +234,40 @@ def _step(instance: Any) -> tuple[str, ...]:
 def _last_words(log: str) -> str:
     lines = [line.strip() for line in log.splitlines() if line.strip()]
     return "Fast Downward failed: " + " | ".join(lines[-5:])
+
+
+def solve_text(domain: str, problem: str, call: Call) -> Answer:
+    """What Fast Downward answers to PDDL texts, the quickest way: translated in this process, no driver between.
+
+    The translator heeds none of the call's limits: who calls has to interrupt it.
+    """
+    names = [str(call.directory / name) for name in ("domain.pddl", "problem.pddl", "output.sas", "plan")]
+    Path(names[0]).write_text(domain, encoding="utf-8")
+    Path(names[1]).write_text(problem, encoding="utf-8")
+    Path(names[3]).unlink(missing_ok=True)
+    translator_options.set_options([*names[:2], "--sas-file", names[2]])
+    gc.disable()  # the translator makes many objects and no cycles: looking for some takes half of its time
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            translator.main()
+    finally:
+        gc.enable()
+    limits = f"ulimit -t {call.cpu_limit} -v {call.memory_limit // 1024}"
+    search = [str(BUILDS_DIR / "release" / "bin" / "downward"), *("".join(word.split()) for word in ALIASES[ALIAS])]
+    start = f'{limits}; input=$1; shift; exec "$@" <"$input"'
+    finished = call.run(["sh", "-c", start, "sh", names[2], *search, "--internal-plan-file", names[3]])
+    verdict = _SEARCH_VERDICTS.get(finished.exit_code, Verdict.DIED)
+    if verdict is Verdict.NO_PLAN and _EXHAUSTED in finished.log:
+        verdict = Verdict.NO_PLAN_PROVEN
+    expanded = _EXPANDED.findall(finished.log)
+    return Answer(
+        verdict=verdict,
+        steps=_steps(Path(names[3])) if verdict is Verdict.PLAN else (),
+        expansions=int(max(expanded[-1])) if expanded else None,
+        reason=_last_words(finished.log) if verdict is Verdict.DIED else "",
+    )
+
+
+def _steps(plan: Path) -> tuple[tuple[str, ...], ...]:
+    lines = plan.read_text(encoding="utf-8").splitlines()
+    return tuple(tuple(line.strip("()").split()) for line in lines if not line.startswith(";"))
