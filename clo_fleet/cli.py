@@ -84,6 +84,30 @@ def _parser() -> argparse.ArgumentParser:
     build.add_argument("map", type=Path)
     build.set_defaults(command=_build_network)
 
+    explain = commands.add_parser("explain", help="say what holds a plan together, and what would help it")
+    explain.add_argument("domain", type=Path, help="a PDDL domain")
+    explain.add_argument("problem", type=Path, help="a PDDL problem")
+    explain.add_argument(
+        "--plan", type=Path, metavar="FILE", help="one (action object ...) a line; default: ask for one"
+    )
+    explain.add_argument("--after", type=_count, default=0, metavar="N", help="the first N steps have been done")
+    explain.add_argument(
+        "--true", action="append", default=[], metavar="FACT", help="turns true by itself, e.g. '(on a b)'"
+    )
+    explain.add_argument("--false", action="append", default=[], metavar="FACT", help="turns false by itself")
+    explain.add_argument("--json", action="store_true", help="print one JSON document instead of tables")
+    explain.add_argument("--graph", type=Path, metavar="FILE.svg", help="draw the causal graph")
+    explain.add_argument("--force", action="store_true", help="overwrite FILE.svg")
+    explain.set_defaults(command=_explain)
+
+    paper = commands.add_parser("paper", help="run the paper's study again: rows, tables and a figure beside its own")
+    paper.add_argument("--quick", action="store_true", help="p-05 and p-10, 3 seeds: minutes instead of hours")
+    paper.add_argument("--problems", default="", help="such as rooms,p-05,cooking/p-40; default: all")
+    paper.add_argument("--seeds", type=_count, metavar="N", help="runs a cell; costly ones fewer (default: 20)")
+    paper.add_argument("--strategies", default="", help="names, separated by commas; default: all")
+    paper.add_argument("--out", type=Path, required=True, metavar="DIR", help="goes on with a study begun in DIR")
+    paper.set_defaults(command=_paper)
+
     init = commands.add_parser("init", help="copy the maps and worlds that come with the package")
     init.add_argument("folder", type=Path, metavar="DIR")
     init.set_defaults(command=_init)
@@ -184,6 +208,64 @@ def _build_network(options: argparse.Namespace) -> int:
     path = building.network or options.map.with_suffix(".net.xml.gz")
     build_network(building, path)
     print(f"{path}: {len(building.corridors)} corridors")
+    return REACHED
+
+
+def _explain(options: argparse.Namespace) -> int:
+    from clo_fleet.planning.planner import Verdict
+    from clo_fleet.planning.unified import read
+    from clo_fleet.study.causal_graph import check_place, write_graph
+    from clo_fleet.study.explaining import explain
+    from clo_fleet.study.explanation_text import explanation_text
+    from clo_fleet.study.plan_file import no_plan_because, read_plan
+    from clo_fleet.study.summary import show
+    from clo_fleet.study.surprise import predicates, read_surprise
+
+    if options.graph:
+        check_place(options.graph, overwrite=options.force)
+    grounded = read(options.domain, options.problem)
+    surprise = read_surprise(options.true, options.false, grounded.task, predicates(options.domain))
+    if options.plan:
+        actions, source = read_plan(options.plan, grounded), f"from {options.plan}"
+    else:
+        answer = grounded.plan()
+        if answer.verdict is not Verdict.PLAN:
+            print(f"clo-fleet: Fast Downward found no plan: {no_plan_because(answer)}", file=sys.stderr)
+            return OTHER_OUTCOME
+        actions = grounded.actions_of((step[0], step[1:]) for step in answer.steps)
+        source = "by Fast Downward (lama-first)"
+    explanation = explain(grounded.task, actions, source, options.after, surprise)
+    if options.graph:
+        write_graph(explanation, options.graph)
+    if options.json:
+        print(explanation.to_json(), end="")
+    else:
+        show(explanation_text(explanation))
+    return OTHER_OUTCOME if explanation.repair and explanation.repair.refused else REACHED
+
+
+def _paper(options: argparse.Namespace) -> int:
+    from clo_fleet.paper.progress import bar
+    from clo_fleet.paper.runs import Selection, narrowed, quick
+    from clo_fleet.paper.study import study
+
+    def named(names: str) -> list[str]:
+        return [name.strip() for name in names.split(",") if name.strip()]
+
+    selected = narrowed(
+        quick() if options.quick else Selection(),
+        problems=named(options.problems),
+        strategies=named(options.strategies),
+        seeds=options.seeds,
+    )
+    try:
+        with bar() as progress:
+            rows = study(selected, options.out, progress=progress)
+    except KeyboardInterrupt:
+        print(f"clo-fleet: interrupted; the same command goes on with {options.out}", file=sys.stderr)
+        return 130
+    done = sum(row.done for row in rows)
+    print(f"{done} of {len(rows)} runs reached their goals; written to {options.out}/table.md and beside it")
     return REACHED
 
 
