@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help run test format-check lint types imports tests study format lock clean
+.PHONY: help run test format-check lint types imports tests study bench format lock clean
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
@@ -17,6 +17,7 @@ help:
 	@echo "make run     drive one world: WORLD=$(WORLD)"
 	@echo "make test    every gate: format, lint, types, imports, tests"
 	@echo "make study   the long studies"
+	@echo "make bench   how fast it is: ratios and tables, nothing asserted"
 	@echo "make format  bring all files into form"
 	@echo "make lock    lock the newest versions that pyproject.toml allows into constraints.txt"
 	@echo "make clean   remove the environment and all caches"
@@ -44,6 +45,9 @@ tests: $(READY)
 
 study: $(READY)
 	$(BIN)/pytest -m study --timeout=0
+
+bench: $(READY)
+	$(BIN)/pytest -m bench --timeout=0 -s tests/bench
 
 format: $(READY)
 	$(BIN)/ruff format

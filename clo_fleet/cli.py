@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from clo_fleet import __version__
+from clo_fleet.clo.strategies import STRATEGIES
 from clo_fleet.errors import CloFleetError
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
 
     run = commands.add_parser("run", help="run a world and say what happened")
     run.add_argument("world", type=Path, help="a world file (YAML)")
-    run.add_argument("--strategy", default="clo", help="clo (default), clo-as-printed, replan, replan-on-failure")
+    run.add_argument("--strategy", default="clo", help=f"default: clo; also {', '.join(sorted(STRATEGIES))}")
     run.add_argument("--seed", type=_count, help="overrides the world's seed")
     run.add_argument("--until", type=_seconds, metavar="SECONDS", help="longest simulated time")
     run.add_argument("--out", type=Path, metavar="DIR", help="default: runs/<world>-<strategy>-<seed>/")
@@ -99,6 +100,21 @@ def _parser() -> argparse.ArgumentParser:
     explain.add_argument("--graph", type=Path, metavar="FILE.svg", help="draw the causal graph")
     explain.add_argument("--force", action="store_true", help="overwrite FILE.svg")
     explain.set_defaults(command=_explain)
+
+    repairs = commands.add_parser(
+        "study-repair", help="break plans of any PDDL domains and count how they are repaired"
+    )
+    repairs.add_argument(
+        "folders", type=Path, nargs="+", metavar="FOLDER", help="holds domain.pddl and problems, or folders that do"
+    )
+    repairs.add_argument("--episodes", type=_count, default=200, help="for each problem (default: 200)")
+    repairs.add_argument("--actions", type=_counts, default=(1, 5), metavar="1,5", help="how many others do at once")
+    repairs.add_argument("--seed", type=_count, default=0)
+    repairs.add_argument("--only", metavar="NAME", help="one domain's folder, or one problem, such as gripper/prob01")
+    repairs.add_argument("--explain-left", action="store_true", help="ask Fast Downward for a plan where repair failed")
+    repairs.add_argument("--episode", metavar="PROBLEM:N", help="tell one episode, such as gripper/prob01:17")
+    repairs.add_argument("--out", type=Path, metavar="DIR", help="write episodes.csv and summary.csv")
+    repairs.set_defaults(command=_study_repair)
 
     paper = commands.add_parser("paper", help="run the paper's study again: rows, tables and a figure beside its own")
     paper.add_argument("--quick", action="store_true", help="p-05 and p-10, 3 seeds: minutes instead of hours")
@@ -234,7 +250,7 @@ def _explain(options: argparse.Namespace) -> int:
             return OTHER_OUTCOME
         actions = grounded.actions_of((step[0], step[1:]) for step in answer.steps)
         source = "by Fast Downward (lama-first)"
-    explanation = explain(grounded.task, actions, source, options.after, surprise)
+    explanation = explain(grounded.task_with(surprise.true), actions, source, options.after, surprise)
     if options.graph:
         write_graph(explanation, options.graph)
     if options.json:
@@ -242,6 +258,29 @@ def _explain(options: argparse.Namespace) -> int:
     else:
         show(explanation_text(explanation))
     return OTHER_OUTCOME if explanation.repair and explanation.repair.refused else REACHED
+
+
+def _study_repair(options: argparse.Namespace) -> int:
+    from rich.console import Console
+
+    from clo_fleet.study.repair_story import retold
+    from clo_fleet.study.repair_study import Settings, study
+    from clo_fleet.study.repair_tables import tables, write_study
+    from clo_fleet.study.summary import show
+
+    settings = Settings(
+        episodes=options.episodes, sizes=options.actions, seed=options.seed, explain_left=options.explain_left
+    )
+    if options.episode is not None:
+        print("\n".join(retold(options.folders, options.episode, settings)))
+        return REACHED
+    with Console(stderr=True).status("reading") as status:  # shows nothing where that is no terminal
+        result = study(options.folders, settings, options.only, progress=status.update)
+    show(tables(result))
+    if options.out is not None:
+        for path in write_study(result, options.out):
+            print(f"written to {path}")
+    return OTHER_OUTCOME if any(trial.valid is False for trial in result.trials) else REACHED
 
 
 def _paper(options: argparse.Namespace) -> int:
@@ -331,6 +370,14 @@ def _seconds(text: str) -> float:
     return seconds
 
 
+def _counts(text: str) -> tuple[int, ...]:
+    numbers = tuple(map(_count, text.split(",")))
+    if not all(numbers):
+        raise ValueError(text)
+    return numbers
+
+
+_counts.__name__ = "list of counts such as 1,5"
 _count.__name__, _seconds.__name__ = "count from 0", "number of seconds above 0"
 
 if __name__ == "__main__":

@@ -25,7 +25,8 @@ from clo_fleet.clo.timeline import END, GAP, NOW, Timeline
 
 __all__ = ["MOST_OPERATIONS", "Deleted", "Drop", "DropReason", "delete"]
 
-MOST_OPERATIONS = 200  # steps looked at in one trial
+# Steps looked at for one suspect. A microsecond each; the longest loop that is found has as many steps.
+MOST_OPERATIONS = 200
 
 
 class DropReason(Enum):
@@ -69,14 +70,14 @@ def delete(
     """Flip the facts that changed, and take out of the plan, in place, what it does not need any more.
 
     The cost does not grow with the plan: O(log n) for each flip, each gap, each step that goes and each step looked at
-    in a trial. There is at most a trial for each use that was lost and each threat that went, and few more.
+    in a trial, and at most ``operations`` of these for each use that was lost and each threat that went.
 
     Args:
         supports: the plan; changed in place. Who may want the old plan back sets a mark first.
         changed: the new values of all facts of one observation; ``None``: not known any more.
-        everywhere: look for loops in the whole plan, not only near what changed: for a plan that is new. Linear in
-            the plan, and once more after something was found.
-        operations: the most steps to look at in one trial.
+        everywhere: look for loops in the whole plan, not only near what changed: for a plan that is new. A trial for
+            each step that ends what another one restores, and all of them once more after something was found.
+        operations: the most steps to look at for one suspect. A longer loop stays.
 
     >>> from clo_fleet.clo.plan import goals_of, number
     >>> from clo_fleet.clo.task import Action
@@ -153,7 +154,7 @@ class _Deletion:
         if self._supports.is_whole():
             return False
         for place in self._supports.lacking():
-            gone = None if place == END else eliminated(self._supports, place, self._operations)
+            gone = None if place == END else eliminated(self._supports, place, self._operations)[0]
             if gone is not None:
                 self.remove(gone, DropReason.IMPOSSIBLE)
                 return True
@@ -174,18 +175,21 @@ class _Deletion:
         return self._skip_one()
 
     def _skip_one(self) -> bool:
-        """Try the steps of the pool, the last first, until one goes; whether one did."""
-        supports, pool, tried = self._supports, self._pool, self._tried
-        while pool:
-            place = pool.pop()
-            if place in tried or not supports.timeline.is_left(place):
-                continue
-            tried.add(place)
-            gone = eliminated(supports, place, self._operations)
-            if gone is not None:
-                self.remove(gone, DropReason.LOOP)
-                return True
-            pool += self._servants(place)
+        """Try the steps of the pool, the last first, each with those that serve it alone; whether one went."""
+        while self._pool:
+            chain, operations = [self._pool.pop()], self._operations
+            while chain:
+                place = chain.pop()
+                if place in self._tried or not self._supports.timeline.is_left(place):
+                    continue
+                self._tried.add(place)
+                gone, looked_at = eliminated(self._supports, place, operations)
+                if gone is not None:
+                    self.remove(gone, DropReason.LOOP)
+                    return True
+                operations -= looked_at
+                if operations:
+                    chain += self._servants(place)
         return False
 
     def _servants(self, place: int) -> list[int]:

@@ -31,6 +31,7 @@ __all__ = ["MOST_ATTEMPTS", "MOST_RELAPSES", "Deliberation", "under_way"]
 
 MOST_ATTEMPTS = 3  # the same action failing this often, nothing achieved or learnt by it meanwhile: stuck
 MOST_RELAPSES = 5  # goals met and lost again this often: conflict
+_NO_PLAN = "no plan exists as things are believed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,12 +157,14 @@ class Deliberation:
             return self._settle()
         step = next((step for step in data.plan if step.id not in data.suspended), None)
         if step is None:
-            if all(self.believed(goal) or holds(goal, data.beliefs | data.promised) for goal in data.goals):
+            if all(map(self.hoped, data.goals)):
                 return self._wait("for what another robot has in hand")
             return self.ask("the plan ended without its goals" if data.tally.plans else "first plan")
         missing = self.lacks(step.action)
         if missing:
             return self._blocked(step, missing)
+        if data.unsolvable is not None and data.unsolvable == self.planning_state and not self.sound():
+            return self._wait(_NO_PLAN)
         threatened = {need for needs in data.offers.values() for need in needs}
         after = apply(data.beliefs, step.action)
         if any(not holds(need, after) for need in threatened if holds(need, data.beliefs)):
@@ -172,7 +175,7 @@ class Deliberation:
     def _blocked(self, step: Step, missing: tuple[Condition, ...]) -> list[Command]:
         """The next step cannot start: wait if the rest is promised, else have the plan made good."""
         data = self.data
-        if all(holds(condition, frozenset(data.beliefs) | data.promised) for condition in missing):
+        if all(map(self.hoped, missing)):
             return self._wait("for what another robot has in hand")
         revision = self.strategy.revise(self.situation(frozenset()))
         if isinstance(revision, Adopt):
@@ -199,13 +202,14 @@ class Deliberation:
     def ask(self, why: str) -> list[Command]:
         """Ask for a plan, unless the same question had no answer; stop an action that cannot end well."""
         data = self.data
+        data.suspended = set()
         if data.unsolvable == self.planning_state:
-            return self._wait("no plan exists as things are believed")
+            return self._wait(_NO_PLAN)
         running = self.running
         lacks = self.lacks(under_way(running).action) if running is not None else ()
         stop = self.stop(f"it lacks {', '.join(map(str, lacks))}") if lacks else []
         data.question, data.unsolvable, data.waiting = self.planning_state, None, ""
-        data.suspended, data.new_goals = set(), False
+        data.asked = data.goals
         data.tally = data.tally.plus(planner_calls=1)
         return [*stop, AskPlan(why)]
 
@@ -246,6 +250,10 @@ class Deliberation:
     def believed(self, condition: Condition) -> bool:
         """Whether the condition is known to hold."""
         return condition.fact not in self.data.unknown and holds(condition, self.data.beliefs)
+
+    def hoped(self, condition: Condition) -> bool:
+        """Whether the condition is known to hold, or will when others have done what they promised."""
+        return condition.positive if condition.fact in self.data.promised else self.believed(condition)
 
     def lacks(self, action: Action) -> tuple[Condition, ...]:
         """The preconditions of the action that are not known to hold."""

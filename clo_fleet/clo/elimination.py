@@ -17,13 +17,15 @@ __all__ = ["eliminated", "eliminated_impossible"]
 _UNKNOWN = -1  # stands for the literal that holds, of a fact of which neither is known to hold
 
 
-def eliminated(supports: Supports, place: int, operations: int) -> set[int] | None:
+def eliminated(supports: Supports, place: int, operations: int) -> tuple[set[int] | None, int]:
     """The step at the place and all that cannot be done without it.
 
     Returns:
         Their places; ``None`` if a goal would be lost, or if they are more than ``operations``.
+        How many steps were looked at.
     """
-    return _Run(supports).outcome([place], operations, only_impossible=False)
+    run = _Run(supports, operations)
+    return run.outcome([place], only_impossible=False), operations - run.operations
 
 
 def eliminated_impossible(supports: Supports, operations: int) -> set[int] | None:
@@ -32,20 +34,21 @@ def eliminated_impossible(supports: Supports, operations: int) -> set[int] | Non
     Returns:
         Their places; ``None`` if a goal does not hold then, or if more steps than ``operations`` had to be looked at.
     """
-    return _Run(supports).outcome(supports.lacking(), operations, only_impossible=True)
+    return _Run(supports, operations).outcome(supports.lacking(), only_impossible=True)
 
 
 class _Run:
     """A run through the plan, of which only the differences from the plan's own run are kept."""
 
-    __slots__ = ("_agenda", "_differs", "_supports", "_timeline")
+    __slots__ = ("_agenda", "_differs", "_supports", "_timeline", "operations")
 
-    def __init__(self, supports: Supports) -> None:
+    def __init__(self, supports: Supports, operations: int) -> None:
+        self.operations = operations  # that are left
         self._supports, self._timeline = supports, supports.timeline
         self._agenda: list[int] = []  # a heap of places
         self._differs: dict[int, tuple[int, int]] = {}  # fact, as its true literal -> what holds instead, up to where
 
-    def outcome(self, agenda: list[int], operations: int, *, only_impossible: bool) -> set[int] | None:
+    def outcome(self, agenda: list[int], *, only_impossible: bool) -> set[int] | None:
         """What goes, from the places of the sorted agenda on: those themselves, or only if they cannot be done."""
         self._agenda = agenda
         gone: set[int] = set()
@@ -53,9 +56,9 @@ class _Run:
             place = heappop(agenda)
             if place in gone:
                 continue
-            operations -= 1
-            if operations < 0:
+            if not self.operations:
                 return None
+            self.operations -= 1
             fails = self._fails(place)
             if fails is None:
                 return None

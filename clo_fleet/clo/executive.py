@@ -221,6 +221,7 @@ class Executive:
     def _plan_arrived(self, event: PlanArrived) -> list[Command]:
         data = self._data
         question, data.question = data.question or frozenset(), None
+        data.planner_deaths = 0
         running = [self._mind.step(data.running)] if data.running is not None else []
         superseded = tuple(step for step in data.plan if step.id != data.running)
         steps = self._mind.numbered(event.actions)
@@ -230,7 +231,7 @@ class Executive:
         data.news = {fact: cause for fact, cause in data.news.items() if (fact in data.beliefs) != (fact in question)}
         commands: list[Command] = [PlanAdopted(steps, superseded, first)]
         situation = self._mind.situation(frozenset(data.news))
-        revision = self._strategy.revise(replace(situation, past=question))
+        revision = self._strategy.revise(replace(situation, past=question, new_plan=True))
         if isinstance(revision, PlanAgain):
             if self._mind.sound():
                 return commands
@@ -241,6 +242,8 @@ class Executive:
     def _plan_missing(self, event: PlanMissing) -> list[Command]:
         data = self._data
         question, data.question = data.question, None
+        if data.new_goals:  # the question was about others
+            return [] if self._mind.reached() or self._mind.sound() else self._mind.ask("the goals have changed")
         if event.failure is PlanFailure.NO_PLAN:
             data.unsolvable = question
         if event.failure is PlanFailure.NO_PLAN or self._mind.reached() or self._mind.sound():
@@ -280,10 +283,10 @@ class Executive:
     def _action_cancelled(self, event: ActionCancelled) -> list[Command]:
         data = self._data
         step = self._mind.step(event.step)
-        data.running, data.cancelling = None, False
+        asked, data.running, data.cancelling = data.cancelling, None, False
         data.plan.remove(step)
         data.tally = data.tally.plus(cancelled=1)
-        return []
+        return [] if asked else self._mind.revise({})  # somebody else stopped it: the plan lacks a step now
 
     def _observed(self, event: Observed) -> list[Command]:
         news = self._mind.learn(event.flips)
@@ -303,7 +306,7 @@ class Executive:
         data = self._data
         if event.goals == data.goals:
             return []
-        data.goals, data.new_goals, data.unsolvable, data.satisfied = event.goals, True, None, False
+        data.goals, data.unsolvable, data.satisfied = event.goals, None, False
         return self._mind.revise({}) if data.begun else []
 
     def _promised(self, event: Promised) -> list[Command]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from clo_fleet.clo.bridge import Breach, Bridge, NoBridge, Refusal, Way, detour, long_bridge, short_bridge
-from clo_fleet.clo.improvement import eliminated, improved
+from clo_fleet.clo.improvement import Focus, eliminated, improved
 from clo_fleet.clo.operators import Operator
 from clo_fleet.clo.rebinding import exchanged, rebound
 
@@ -42,10 +42,13 @@ def mended(breach: Breach, *, under_way: bool) -> Mended | NoBridge:
     return replace(found, way=whole(eliminated(rest, found.way)))
 
 
-def shortened(breach: Breach, *, under_way: bool) -> Way:
-    """The plan, which has to be valid, with shorter and cheaper ways in the place of some of its windows."""
-    rest, whole = _rest(breach, under_way=under_way)
-    return whole(improved(rest, tuple(range(len(rest.plan)))))
+def shortened(breach: Breach, way: Way, focus: Focus | None = None, *, under_way: bool) -> Way:
+    """The way, which has to reach the goals, with shorter and cheaper ones in the place of some of its windows."""
+    if not under_way or way[:1] != (0,):
+        return improved(breach, way, focus=focus)
+    rest, whole = _rest(breach, under_way=True)
+    behind = tuple(step if isinstance(step, Operator) else step - 1 for step in way[1:])
+    return whole(improved(rest, behind, focus=focus and focus.behind_first()))
 
 
 def composed(way: Way, then: Way) -> Way:

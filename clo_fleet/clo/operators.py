@@ -57,7 +57,7 @@ class Operators:
         for action in given:
             for fact in sorted((action.adds | action.deletes).difference(self._positive)):
                 self._add((Condition(fact),))
-        self.all = tuple(map(self.operator, given))
+        self.all = tuple(map(self._translated, given))
         self.gained = tuple(tuple(bits(operator.gains)) for operator in self.all)
         self.prices = tuple(operator.price for operator in self.all)
         needed = tuple(tuple(bits(operator.needs)) for operator in self.all)
@@ -91,6 +91,10 @@ class Operators:
     def covers(self, conditions: Iterable[Condition]) -> bool:
         """Whether each of the conditions has a bit: no other can be brought about, or told from a bit set."""
         return all(c.fact in (self._positive if c.positive else self._negative) for c in conditions)
+
+    def covered(self, conditions: Iterable[Condition]) -> int:
+        """Those of the conditions that have a bit, as a bit set."""
+        return self.mask(condition for condition in conditions if self.covers((condition,)))
 
     def covering(self, conditions: Iterable[Condition]) -> "Operators":
         """These operators if they cover the conditions, else the same actions with bits for them as well.
@@ -130,6 +134,12 @@ class Operators:
         Raises:
             KeyError: if the action needs a condition that none of the actions given speaks of (see ``covers``).
         """
+        known = self.named(action.schema, action.args)
+        if known is not None and known.action is action:
+            return known
+        return self._translated(action)
+
+    def _translated(self, action: Action) -> Operator:
         positive, negative = self._positive, self._negative
         gains = ends = 0
         for fact in action.adds:

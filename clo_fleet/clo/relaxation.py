@@ -78,12 +78,10 @@ class Relaxation:
         """Operators that, were nothing ever undone, would gain the conditions, which have to be within reach."""
         todo = list(bits(conditions & ~self.state))
         seen = set(todo)
-        places: dict[int, None] = {}
+        places: set[int] = set()
         while todo:
             place = self.supporter[todo.pop()]
-            if place in places:
-                continue
-            places[place] = None
+            places.add(place)
             for bit in bits(self.operators.all[place].needs & ~self.state):
                 if bit not in seen:
                     seen.add(bit)

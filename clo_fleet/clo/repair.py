@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, replace
 
 from clo_fleet.clo.bridge import Breach, NoBridge, Refusal, Way
 from clo_fleet.clo.deletion import Drop, DropReason, delete
+from clo_fleet.clo.improvement import Focus
 from clo_fleet.clo.links import Consumer, Guard, Link, Links, Unsupported, causal_links
 from clo_fleet.clo.mending import Means, mended, shortened
 from clo_fleet.clo.operators import Operator, Operators
@@ -92,6 +93,7 @@ def repair(
     operators: Operators | None = None,
     spared: Collection[Condition] = (),
     improve: bool = False,
+    everywhere: bool = False,
     under_way: bool = False,
     next_id: int | None = None,
 ) -> Repaired | Refused:
@@ -102,11 +104,13 @@ def repair(
         plan: the steps still to be done.
         goals: what must hold at the end.
         changed: the facts that changed; they say what made which step needless. No bridge leads back into the state
-            before they did. Without any, loops are looked for in the whole plan, not only near what changed.
+            before they did.
         unknown: facts that are neither known to be true nor to be false: they support nothing.
         operators: the actions that the robot could do. Without them the plan is mended by its own steps only.
         spared: conditions that others need: no new action may end them.
         improve: whether to look for shorter and cheaper ways as well. Needs operators.
+        everywhere: look for loops and shorter ways in the whole plan, not only about what changed: for a plan that is
+            new. So it is without changes as well.
         under_way: the first step has begun: new steps come after it, or in its place if it cannot end well any more.
         next_id: the id of the first new step; without it, one more than the highest of the plan.
 
@@ -114,12 +118,13 @@ def repair(
     have budgets, counted in operations (see ``bridge``, ``improvement``).
     """
     goals = tuple(goals)
+    everywhere = everywhere or not changed
     setting = Setting(state, goals, unknown)
     past = state ^ frozenset(changed)
     supports = Supports(past, plan, goals, frozenset(unknown).difference(changed))
     values = {fact: None if fact in unknown else fact in state for fact in sorted(changed)}
     before = supports.links() if _breaks(supports, values) else None
-    deleted = delete(supports, values, everywhere=not changed)
+    deleted = delete(supports, values, everywhere=everywhere)
     found: Repaired | Refused
     if deleted.gaps:
         found = Refused(deleted.gaps)
@@ -132,22 +137,33 @@ def repair(
     breach = Breach(
         operators=operators,
         state=operators.state(state, unknown),
-        plan=(),
+        plan=tuple(operators.operator(step.action) for step in plan),
         goals=operators.mask(goals),
         before=operators.state(past, unknown) if changed else None,
         spared=operators.mask(spared),
     )
+    way: Way
     if isinstance(found, Refused):
-        mend = mended(replace(breach, plan=_operators(operators, plan)), under_way=under_way)
+        mend = mended(breach, under_way=under_way)
         if isinstance(mend, NoBridge):
             return Refused(found.missing, mend.why, mend.effort)
         found = Repaired(plan, (), means=mend.means, effort=mend.effort, setting=setting)
-        found = _changed(found, mend.way, plan, next_id)
+        way, focus = mend.way, None
+    else:
+        kept = {step.id for step in found.plan}
+        way = places = tuple(place for place, step in enumerate(plan) if step.id in kept)
+        news = operators.covered(Condition(fact, value) for fact, value in values.items() if value is not None)
+        focus = None if everywhere else Focus(_gaps(places, len(plan)), news)
     if improve:
-        begun = under_way and found.plan[:1] == plan[:1]
-        way = shortened(replace(breach, plan=_operators(operators, found.plan)), under_way=begun)
-        found = _changed(replace(found, shortened=way != tuple(range(len(found.plan)))), way, plan, next_id)
-    return found
+        better = shortened(breach, way, focus, under_way=under_way)
+        found, way = replace(found, shortened=better != way), better
+    return _changed(found, _again(way, plan, under_way=under_way), plan, next_id)
+
+
+def _gaps(way: tuple[int, ...], steps: int) -> frozenset[int]:
+    """The places of the way in front of which some of the plan's ``steps`` are missing."""
+    neighbours = zip((-1, *way), (*way, steps), strict=True)
+    return frozenset(place for place, (last, following) in enumerate(neighbours) if following - last > 1)
 
 
 def _breaks(supports: Supports, values: Mapping[Fact, bool | None]) -> bool:
@@ -169,26 +185,39 @@ def _means(links: Links, before: Links) -> Means:
     return Means.RELINKING if moved else Means.DELETION
 
 
-def _operators(operators: Operators, plan: Plan) -> tuple[Operator, ...]:
-    return tuple(operators.operator(step.action) for step in plan)
+def _again(way: Way, plan: Plan, *, under_way: bool) -> Way:
+    """The way with the plan's own steps in the place of new operators that do the same: brought forward, or put off.
+
+    A step under way cannot be begun again, even if it is stopped.
+    """
+    taken = {0, *way} if under_way else set(way)
+    spare: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    for place in reversed(range(len(plan))):
+        if place not in taken:
+            spare.setdefault((plan[place].action.schema, plan[place].action.args), []).append(place)
+    found: list[int | Operator] = []
+    for step in way:
+        places = spare.get((step.action.schema, step.action.args)) if isinstance(step, Operator) else None
+        found.append(places.pop() if places else step)
+    return tuple(found)
 
 
-def _changed(found: Repaired, way: Way, old: Plan, next_id: int | None) -> Repaired:
-    """The repaired plan as the way says it goes on; new steps get new ids. It is run forward before it counts."""
-    if way == tuple(range(len(found.plan))):
-        return found
-    new_id = max(1 + max((step.id for step in (*old, *found.plan)), default=0), next_id or 0)
+def _changed(found: Repaired, way: Way, plan: Plan, next_id: int | None) -> Repaired:
+    """The plan as the way says it goes on; new steps get new ids. It is run forward before it counts."""
+    new_id = max(1 + max((step.id for step in plan), default=0), next_id or 0)
     steps: list[Step] = []
     for step in way:
-        steps.append(Step(new_id, step.action) if isinstance(step, Operator) else found.plan[step])
+        steps.append(Step(new_id, step.action) if isinstance(step, Operator) else plan[step])
         new_id += isinstance(step, Operator)
-    ids = {step.id for step in old}
-    kept, known = {step.id for step in steps}, {drop.step.id: drop for drop in found.dropped}
-    mended = replace(
+    if tuple(steps) == found.plan:
+        return found
+    old, kept = {step.id for step in plan}, {step.id for step in steps}
+    known = {drop.step.id: drop for drop in found.dropped}
+    changed = replace(
         found,
         plan=tuple(steps),
-        added=tuple(step for step in steps if step.id not in ids),
-        dropped=tuple(known.get(step.id, Drop(step, DropReason.REPLACED)) for step in old if step.id not in kept),
+        added=tuple(step for step in steps if step.id not in old),
+        dropped=tuple(known.get(step.id, Drop(step, DropReason.REPLACED)) for step in plan if step.id not in kept),
     )
-    assert not mended.links.unsupported, "a mended plan does not run through"
-    return mended
+    assert not changed.links.unsupported, "a mended plan does not run through"
+    return changed

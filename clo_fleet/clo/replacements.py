@@ -37,13 +37,16 @@ def replacements(
             producer = old.support(literal, place)
             if producer in found:
                 found[producer] |= found[place]
-    everything = frozenset[Fact]().union(*found.values()) or news
+    everything = tuple(sorted(frozenset[Fact]().union(*found.values()) or news))
 
     def indirect(place: int) -> bool:
         # A needless step whose consumers stay has been replaced by another step, which others had undone.
         return gone[place] or any(old.supported_one_left(literal, place) for literal in timeline.makes(place))
 
-    return {place: tuple(sorted(facts or (everything if indirect(place) else ()))) for place, facts in found.items()}
+    return {
+        place: tuple(sorted(facts)) if facts else everything if indirect(place) else ()
+        for place, facts in found.items()
+    }
 
 
 class _OldPlan:

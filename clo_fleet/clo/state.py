@@ -85,7 +85,7 @@ class ExecutiveState:
         news: facts that changed unexpectedly since the plan was last whole, and by whose action.
         unsolvable: the last state from which the planner was asked in vain.
         unknown: facts not known to be true or to be false; they are not among the beliefs.
-        new_goals: whether the goals have changed since the planner was last asked.
+        asked: the goals that the planner was last asked for.
     """
 
     beliefs: set[Fact]
@@ -105,11 +105,16 @@ class ExecutiveState:
     attempts: dict[str, int] = field(default_factory=dict)
     unsolvable: frozenset[Fact] | None = None
     unknown: set[Fact] = field(default_factory=set)
-    new_goals: bool = False
+    asked: tuple[Condition, ...] | None = None
     planner_deaths: int = 0
     relapses: int = 0
     next_step: int = 1
     tally: Tally = Tally()
+
+    @property
+    def new_goals(self) -> bool:
+        """Whether the goals have changed since the planner was last asked."""
+        return self.asked is not None and self.asked != self.goals
 
     def state(self) -> dict[str, object]:
         """Plain data: numbers, texts, lists and dictionaries."""
@@ -126,6 +131,7 @@ class ExecutiveState:
             "attempts": dict(self.attempts),
             "unsolvable": _facts(self.unsolvable),
             "unknown": sorted(map(list, self.unknown)),
+            "asked": None if self.asked is None else _conditions(self.asked),
             "tally": asdict(self.tally),
         }
 
@@ -145,6 +151,7 @@ class ExecutiveState:
             attempts=dict(state["attempts"]),
             unsolvable=_read_facts(state["unsolvable"]),
             unknown=set(map(tuple, state["unknown"])),
+            asked=None if state["asked"] is None else _read_conditions(state["asked"]),
             tally=Tally(**state["tally"]),
         )
 
@@ -153,7 +160,6 @@ _SCALARS = (
     "begun",
     "satisfied",
     "cancelling",
-    "new_goals",
     "running",
     "outcome",
     "waiting",

@@ -59,6 +59,7 @@ class Situation:
         promised: facts that others have in hand and announced to bring about.
         running: whether the first step is under way.
         unknown: facts not known to be true or to be false.
+        new_plan: whether the plan has just arrived.
         new_goals: whether the goals are others than those that the plan was made for.
         actions: who knows what else could be done; ``None`` if nobody does.
         next_id: the id for the next new step.
@@ -73,6 +74,7 @@ class Situation:
     promised: frozenset[Fact]
     running: bool = False
     unknown: frozenset[Fact] = frozenset()
+    new_plan: bool = False
     new_goals: bool = False
     actions: ActionSource | None = None
     next_id: int | None = None
@@ -149,13 +151,17 @@ class Clo:
 
     def revise(self, situation: Situation) -> Revision:
         """The repaired plan, or why there is none."""
-        found = self._repair(situation)
-        if isinstance(found, Refused) and situation.promised - situation.state:
-            hoped = self._repair(situation, situation.promised)
+        promised = situation.promised - situation.state
+        found: Repaired | Refused | None = None
+        if promised or not self.improve or situation.actions is None:
+            found = self._repair(situation)
+        if isinstance(found, Refused) and promised:
+            hoped = self._repair(situation, promised)
             if isinstance(hoped, Repaired):
                 return Adopt(hoped, on_promise=True)
         if situation.actions is not None and (self.improve or isinstance(found, Refused)):
             found = self._repair(situation, operators=situation.actions.operators(situation.state, situation.goals))
+        assert found is not None, "neither its own steps nor others were tried"
         if isinstance(found, Repaired):
             return Adopt(found)
         refused = "; ".join(_gap(gap, situation.plan) for gap in found.missing)
@@ -174,6 +180,7 @@ class Clo:
             unknown=situation.unknown - promised,
             operators=operators,
             improve=self.improve,
+            everywhere=situation.new_plan or situation.new_goals,
             under_way=situation.running,
             next_id=situation.next_id,
         )

@@ -163,7 +163,9 @@ class Supports:
             together: set[int] = set()
             while self._idle:
                 place = self._idle.pop()
-                if not self.uses[place] and place not in together and self.timeline.is_left(place):
+                if self.uses[place]:  # it has found another use
+                    self._suspects.append(place)
+                elif place not in together and self.timeline.is_left(place):
                     together.add(place)
                     self._release(place)
             gone += self._take_out(together)

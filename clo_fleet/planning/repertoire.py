@@ -37,7 +37,7 @@ class Repertoire:
 
 
 def ground_actions(robot: str, scene: Scene, domain: Domain, given: Iterable[Fact]) -> tuple[Action, ...]:
-    """The actions of the robot whose static conditions hold; of those that no action changes, ``given`` are true too."""
+    """The actions of the robot whose static conditions hold; ``given``: what is true that no action changes."""
     zones = sorted({start for start, _ in scene.travel}.difference(scene.rooms))
     task = planning_task(robot, scene, {("at-robot", robot, zone) for zone in zones}, (), given)
     objects = {**dict(domain.constants)} | {name: type_ for type_, group in task.objects for name in group}

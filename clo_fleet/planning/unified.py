@@ -10,7 +10,8 @@
 """
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ from clo_fleet.errors import CloFleetError
 from clo_fleet.planning.environments import as_global
 from clo_fleet.planning.first_plan import Limits, first_plan
 from clo_fleet.planning.ground_task import GroundTask
-from clo_fleet.planning.grounding import Grounding, GroundingError, Name, grounding
+from clo_fleet.planning.grounding import GroundingError, Name, grounding
+from clo_fleet.planning.lifted_task import LiftedTask
 from clo_fleet.planning.lifting import UnsupportedProblemError, lifted
 from clo_fleet.planning.pddl_files import PddlFileError, problem_of
 from clo_fleet.planning.planner import Answer
@@ -52,8 +54,10 @@ class Grounded:
         task: the ground task.
     """
 
-    def __init__(self, problem: Any, found: Grounding) -> None:
+    def __init__(self, problem: Any, task: LiftedTask) -> None:
+        found = grounding(task)
         self.task: GroundTask = found.task
+        self._lifted = task
         self._origins = found.origins
         self._variants: dict[Name | None, list[Action]] = {}
         for action in found.task.actions:
@@ -65,6 +69,17 @@ class Grounded:
         self._judged_state = found.task.state
         self._validator = SequentialPlanValidator(environment=problem.environment)
         self._validator.skip_checks = True  # all questions are of one kind
+
+    def task_with(self, facts: Set[Fact]) -> GroundTask:
+        """The task, with the actions as well that could be done if these facts came true by themselves.
+
+        Raises:
+            GroundingError: if they are too many.
+        """
+        if facts <= {fact for action in self.task.actions for fact in action.adds} | self.task.state:
+            return self.task
+        further = grounding(replace(self._lifted, facts=self._lifted.facts | facts)).task
+        return replace(self.task, actions=further.actions)
 
     def original(self, action: Action) -> Name | None:
         """Name and arguments of the problem's action; ``None`` for one that only notes that a goal is reached.
@@ -168,7 +183,7 @@ def ground(problem: Any) -> Grounded:
         UnsupportedProblemError: if it uses more than Boolean fluents and action costs.
         GroundingError: if its ground form would be too large.
     """
-    return Grounded(problem, grounding(lifted(problem)))
+    return Grounded(problem, lifted(problem))
 
 
 def read(domain: Path, problem: Path) -> Grounded:

@@ -33,6 +33,7 @@ class Row:
         broken: plans that did not reach the goals any more: repaired by one of the next four means, or ``left``.
         why_left: the reasons, each with its number.
         no_plan: those left for which it was proved that no plan exists.
+        only_back: those left for which the search saw no way on but through the state before the surprise.
         shorter: plans that got shorter, broken or not.
         ratio: the length of repaired plans, as a multiple of what was left of the plan before.
         back: repaired plans that lead through the state before the surprise.
@@ -52,6 +53,7 @@ class Row:
     left: int
     why_left: str
     no_plan: int
+    only_back: int
     shorter: int
     ratio: float
     back: int
@@ -69,9 +71,10 @@ class Row:
 
     @property
     def repaired_of_possible(self) -> float:
-        """The same, of those for which it was not proved that no plan exists."""
-        possible = self.broken - self.no_plan
-        return 1 - (self.left - self.no_plan) / possible if possible else 1.0
+        """The same, of those that may have a way on: there is a plan, and not only one that goes back."""
+        hopeless = self.no_plan + self.only_back
+        possible = self.broken - hopeless
+        return 1 - (self.left - hopeless) / possible if possible else 1.0
 
 
 def rows(trials: Iterable[Trial]) -> tuple[Row, ...]:
@@ -131,6 +134,7 @@ def _row(domain: str, trials: Sequence[Trial]) -> Row:
         left=len(left),
         why_left=_counted(trial.why for trial in left),
         no_plan=sum(trial.why == "unsolvable" or trial.solvable == "no" for trial in left),
+        only_back=sum(trial.why == "only_back" and trial.solvable != "no" for trial in left),
         shorter=sum(trial.length is not None and trial.length < trial.rest for trial in trials),
         ratio=round(mean(lengths), 3) if lengths else 1.0,
         back=sum(trial.back is True for trial in trials),
@@ -191,7 +195,7 @@ def _summary(found: Sequence[Row]) -> Iterable[str]:
     for row in last:
         yield (
             f"{row.surprise}: of {row.broken} broken plans {row.repaired:.1%} repaired without the planner, "
-            f"{row.repaired_of_possible:.1%} of those not proved hopeless; median decision {row.wall_ms_50:.2f} ms"
+            f"{row.repaired_of_possible:.1%} of those that need not go back; median decision {row.wall_ms_50:.2f} ms"
         )
     yield f"plans called repaired that do not reach their goals: {sum(row.invalid for row in last)}"
 
