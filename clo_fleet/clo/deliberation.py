@@ -174,14 +174,11 @@ class Deliberation:
 
     def _blocked(self, step: Step, missing: tuple[Condition, ...]) -> list[Command]:
         """The next step cannot start: wait if the rest is promised, else have the plan made good."""
-        data = self.data
         if all(map(self.hoped, missing)):
             return self._wait("for what another robot has in hand")
         revision = self.strategy.revise(self.situation(frozenset()))
-        if isinstance(revision, Adopt):
-            kept = [kept.id for kept in revision.repaired.plan]
-            if step.id not in kept or (kept[0] != step.id and not revision.on_promise):
-                return self.follow(revision) + self.advance()
+        if isinstance(revision, Adopt) and step.id not in {kept.id for kept in revision.repaired.plan[:1]}:
+            return self.follow(revision) + self.advance()
         lacks = ", ".join(str(condition) for condition in missing)
         why = PlanAgain(f"{step} cannot start: it lacks {lacks}")
         return self.follow(revision if isinstance(revision, PlanAgain) else why)

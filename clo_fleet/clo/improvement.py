@@ -208,7 +208,8 @@ class _Improvement:
     def _way_to(self, needed: int, state: int, cost: int, steps: int, length: int) -> tuple[Operator, ...] | None:
         """At most ``length`` actions from ``state`` to what is needed, cheaper than ``cost``, or shorter at that cost.
 
-        Backwards: some action of the way has to gain what is missing; it is taken to be the last.
+        Backwards: some action of the way has to gain what is missing; it is taken to be the last. What fewest actions
+        gain is taken first.
         """
         missing = needed & ~state
         if not missing:
@@ -216,8 +217,8 @@ class _Improvement:
         if not length or steps <= 0:
             return None
         best: tuple[Operator, ...] | None = None
-        bit = (missing & -missing).bit_length() - 1
-        for place in self._breach.operators.achievers[bit]:
+        achievers = self._breach.operators.achievers
+        for place in min((achievers[bit] for bit in bits(missing)), key=len):
             self._left -= 1
             if self._left <= 0:
                 break

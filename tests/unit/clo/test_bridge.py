@@ -261,6 +261,16 @@ def test_searches_have_budgets(monkeypatch: pytest.MonkeyPatch) -> None:
     assert why(bridge(case)) is Refusal.BUDGET
 
 
+def test_way_back_is_no_reason_where_the_search_was_not_finished(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There is one, of one action; whether there is another nobody knows."""
+    fires: list[Fact] = [("here",), ("there",)]
+    again = action("again", [], fires)
+    case = breach([("match",)], [], fires, actions=[*lamps(12), again], before=[("match",), *fires])
+    assert names(long_bridge(replace(case, before=None))) == ["again()"]
+    monkeypatch.setattr(bridges, "MOST_EFFORT", 0)
+    assert why(long_bridge(case)) is Refusal.BUDGET
+
+
 def test_bridge_found_in_the_last_expansions_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Though its layer could not be finished."""
     monkeypatch.setattr(bridges, "MOST_EXPANSIONS", 2)

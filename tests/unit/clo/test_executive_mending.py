@@ -26,7 +26,17 @@ from clo_fleet.clo.messages import (
 )
 from clo_fleet.clo.operators import Operators
 from clo_fleet.clo.plan import goals_of
-from clo_fleet.clo.strategies import AsPrinted, Clo, Replan, ReplanOnOpportunity, Strategy
+from clo_fleet.clo.repair import Repaired
+from clo_fleet.clo.strategies import (
+    Adopt,
+    AsPrinted,
+    Clo,
+    Replan,
+    ReplanOnOpportunity,
+    Revision,
+    Situation,
+    Strategy,
+)
 from clo_fleet.clo.task import Action, Condition, Fact, State, parse_fact
 
 ROOMS = ("l1", "l2", "l3")
@@ -187,6 +197,20 @@ def test_blocked_plan_is_mended_when_its_turn_comes() -> None:
     robot = Script(grasp("o1", "l2"))
     assert robot.rest == ["move(l1, l2)", "grasp(o1, l2)"]
     assert [str(command.step) for command in robot.first if isinstance(command, StartAction)] == ["move(l1, l2)"]
+
+
+class Stubborn(Clo):
+    """Finds every plan good as it is."""
+
+    def revise(self, situation: Situation) -> Revision:
+        """The plan."""
+        return Adopt(Repaired(situation.plan, ()))
+
+
+def test_strategy_that_brings_back_the_blocked_step_does_not_go_round_for_ever() -> None:
+    """The planner is asked then."""
+    robot = Script(grasp("o1", "l2"), strategy=Stubborn())
+    assert robot.first[-1] == AskPlan("grasp(o1, l2) cannot start: it lacks (at l2)")
 
 
 # ---- goals that change -------------------------------------------------------------------------------------
