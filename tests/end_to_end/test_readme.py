@@ -11,7 +11,14 @@ ROOT = Path(__file__).resolve().parents[2]
 PROGRAMS = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
 
 
-@pytest.mark.parametrize(("number", "says"), [(0, "goals_reached 3 (holding r1 o2)"), (1, "satisfied 2 executed")])
+@pytest.mark.parametrize(
+    ("number", "says"),
+    [
+        (0, "goals_reached 3 (holding r1 o2)"),
+        (1, "satisfied 2 executed"),
+        (2, "SOLVED_SATISFICING [unload(l1)] deletion"),
+    ],
+)
 def test_a_program_in_the_readme_runs_as_it_stands(number: int, says: str) -> None:
     """Copied out of README and run in the checkout, each program ends with the line that it should."""
     done = subprocess.run(
