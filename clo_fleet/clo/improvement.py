@@ -214,7 +214,7 @@ class _Improvement:
         missing = needed & ~state
         if not missing:
             return () if cost > 0 or steps > 0 else None
-        if not length or steps <= 0:
+        if steps <= 0:
             return None
         best: tuple[Operator, ...] | None = None
         achievers = self._breach.operators.achievers

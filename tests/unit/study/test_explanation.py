@@ -135,17 +135,19 @@ def test_handover_drops_three_steps_with_reason_and_fact() -> None:
 
 
 def test_added_steps_say_what_they_are_for() -> None:
-    """Somebody took the robot elsewhere: it has to come back, and the new steps are numbered on."""
-    said = told(executed=1, true="at-robot l2", false="at-robot l1")
+    """Somebody took the robot along and gave it o2: it has to go back, and the new step is numbered on."""
+    said = told(executed=1, true="at-robot l2;holding o2", false="at-robot l1;at-object o2 l2")
     assert said.repair is not None
     assert [(row.step, row.action, row.fate, row.reason) for row in said.repair.steps[:2]] == [
-        (7, "move(l2, l1)", "added", "gives (at-robot l1) to 2, 3, 4"),
+        (7, "move(l2, l1)", "added", "gives (at-robot l1) to 2, 3"),
         (2, "prepare(o1, l1)", "kept", ""),
     ]
     assert [row.step for row in said.repair.steps] == [7, 2, 3, 4, 5, 6]
-    assert (said.repair.means, said.repair.cost_before, said.repair.cost_after) == ("bridge", 5, 6)
+    assert (said.repair.means, said.repair.cost_before, said.repair.cost_after) == ("bridge", 5, 3)
     assert [str(change) for change in said.repair.changes] == [
         "(at-robot l2) turned true by itself: an opportunity",
+        "(holding o2) turned true by itself: an opportunity",
+        "(at-object o2 l2) turned false by itself: a guard broken",
         "(at-robot l1) turned false by itself: a guard broken",
     ]
 
