@@ -25,6 +25,7 @@ __all__ = ["Focus", "eliminated", "improved"]
 
 BUDGET = 40_000  # operators looked at: about 10 ms
 FOCUSED_BUDGET = 1_000
+DEEPER_FOCUSED_BUDGET = 100  # for ways of more than one new action: what they find about one gap, they find soon
 LONGEST_WINDOW = 8
 MOST_NEW = 3  # actions in the place of a window
 
@@ -89,6 +90,8 @@ class _Improvement:
             self.eliminate(keep=self._left // 2)  # it would use up all for a long plan
         length = 1
         while length <= MOST_NEW and self._left > 0:
+            if length > 1 and self._near is not None:
+                self._left = min(self._left, DEEPER_FOCUSED_BUDGET)
             if self._replace(length):
                 self.eliminate(keep=self._left // 2)
                 length = 1
@@ -159,11 +162,18 @@ class _Improvement:
         self, place: int, state: int, needed: Sequence[int], length: int
     ) -> tuple[int, tuple[Operator, ...]] | None:
         """The end of a window that begins here, and what is to take its place."""
-        if self._near is None or any(place + begin in self._near for begin in range(LONGEST_WINDOW + 1)):
-            return self._jump(place, state, needed) or self._window(place, state, needed, length)
-        for operator in self._fresh:
+        near = self._near is None or any(place + begin in self._near for begin in range(LONGEST_WINDOW + 1))
+        if near and (found := self._jump(place, state, needed)):
+            return found
+        if length > 1:
+            return self._window(place, state, needed, length) if near else None
+        wanted = 0
+        for end in range(place + 1, min(place + LONGEST_WINDOW, len(self._way)) + 1):
+            wanted |= needed[end]
+        wanted &= ~state
+        for operator in self._breach.operators.applicable(state) if near else self._fresh:
             self._left -= 1
-            if operator.needs & ~state == 0 and not operator.ends & self._breach.spared:
+            if operator.gains & wanted and operator.needs & ~state == 0 and not operator.ends & self._breach.spared:
                 found = self._by(operator, place, state & ~operator.ends | operator.gains, needed)
                 if found is not None:
                     return found
@@ -200,6 +210,8 @@ class _Improvement:
         cost = 0
         for end in range(place + 1, min(place + LONGEST_WINDOW, len(self._way)) + 1):
             cost += self._way[end - 1][0].action.cost
+            if end - place < length:  # fewer new actions have been tried before
+                continue
             found = self._way_to(needed[end], state, cost, end - place, length)
             if found is not None:
                 return end, found

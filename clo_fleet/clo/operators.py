@@ -135,7 +135,7 @@ class Operators:
             KeyError: if the action needs a condition that none of the actions given speaks of (see ``covers``).
         """
         known = self.named(action.schema, action.args)
-        if known is not None and known.action is action:
+        if known is not None and (known.action is action or known.action == action):
             return known
         return self._translated(action)
 

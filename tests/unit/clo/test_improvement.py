@@ -219,12 +219,12 @@ def test_new_action_further_on_is_kept_from_leading_back() -> None:
 
 def test_budget_ends_the_search() -> None:
     """What has been found by then is kept."""
-    plan = [move(f"l{i}", f"l{i + 1}") for i in (1, 2, 3, 4)]
-    case = breach(["(at l1)"], plan, ["(at l5)"])
-    assert better(case) == ["move(l1, l5)"]
-    assert texts(improved(case, whole(case), budget=1)) == [0, 1, 2, 3]
-    assert texts(improved(case, whole(case), budget=16)) == ["move(l1, l3)", 2, 3]
-    assert eliminated(breach(["(at l1)"], plan, ["(at l1)"]), (0, 1, 2, 3), budget=0) == (0, 1, 2, 3)
+    paint = action("paint l3", needs=["(at l3)"], adds=["(painted)"])
+    plan = [move("l1", "l2"), move("l2", "l3"), paint, move("l3", "l4"), move("l4", "l5")]
+    case = breach(["(at l1)"], plan, ["(painted)", "(at l5)"])
+    assert better(case) == ["move(l1, l3)", 2, "move(l3, l5)"]
+    assert texts(improved(case, whole(case), budget=1)) == [0, 1, 2, 3, 4]
+    assert texts(improved(case, whole(case), budget=12)) == ["move(l1, l3)", 2, 3, 4]
 
 
 @pytest.mark.parametrize("steps", [0, 300])
