@@ -163,7 +163,7 @@ class Deliberation:
         missing = self.lacks(step.action)
         if missing:
             return self._blocked(step, missing)
-        if data.unsolvable is not None and data.unsolvable == self.planning_state and not self.sound():
+        if data.unsolvable is not None and data.unsolvable == self.planning_state and not self.sound(data.promised):
             return self._wait(_NO_PLAN)
         threatened = {need for needs in data.offers.values() for need in needs}
         after = apply(data.beliefs, step.action)
@@ -256,9 +256,10 @@ class Deliberation:
         """The preconditions of the action that are not known to hold."""
         return tuple(need for need in action.needs if not self.believed(need))
 
-    def sound(self) -> bool:
-        """Whether the plan, as things are believed, runs through to its goals."""
-        return not causal_links(self.data.beliefs, self.rest(), self.data.goals, self.data.unknown).unsupported
+    def sound(self, promised: frozenset[Fact] = frozenset()) -> bool:
+        """Whether the plan, as things are believed and perhaps promised, runs through to its goals."""
+        data = self.data
+        return not causal_links(data.beliefs | promised, self.rest(), data.goals, data.unknown - promised).unsupported
 
     def step(self, step_id: int | None) -> Step:
         """The step of that id."""

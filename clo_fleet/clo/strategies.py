@@ -255,6 +255,9 @@ class ReplanOnOpportunity:
         state, plan = situation.state, situation.plan
         links = causal_links(state, plan, situation.goals, situation.unknown)
         if links.unsupported:
+            promised = situation.promised
+            if not causal_links(state | promised, plan, situation.goals, situation.unknown - promised).unsupported:
+                return Keep()
             return PlanAgain("; ".join(_gap(gap, plan) for gap in links.unsupported))
         opportunities = causal_links(situation.past, plan, situation.goals, situation.unknown).opportunities
         return _unexpected(fact for fact in situation.changed if Condition(fact, fact in state) in opportunities)

@@ -116,6 +116,12 @@ def test_clo_counts_on_a_promise_only_if_it_must() -> None:
     assert alone.repaired.plan == PLAN
 
 
+def test_plan_that_a_promise_makes_whole_is_kept() -> None:
+    """Planning again would not bring about what another robot has in hand."""
+    assert isinstance(ReplanOnOpportunity().revise(situation(facts("(shut)"))), PlanAgain)
+    assert ReplanOnOpportunity().revise(situation(facts("(shut)"), promised=facts("(open)"))) == Keep()
+
+
 @pytest.mark.parametrize("promised", [facts("(lit)"), facts("(shut)")])
 def test_promise_that_does_not_help_is_no_reason_to_wait(promised: frozenset[Fact]) -> None:
     """Nor is one that is kept already."""
