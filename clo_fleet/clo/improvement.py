@@ -226,8 +226,6 @@ class _Improvement:
         missing = needed & ~state
         if not missing:
             return () if cost > 0 or steps > 0 else None
-        if steps <= 0:
-            return None
         best: tuple[Operator, ...] | None = None
         achievers = self._breach.operators.achievers
         for place in min((achievers[bit] for bit in bits(missing)), key=len):
