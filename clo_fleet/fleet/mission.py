@@ -29,7 +29,6 @@ from clo_fleet.fleet.judge import Judge
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
 from clo_fleet.fleet.tracks import Tracks
-from clo_fleet.planning.pddl import fleet_domain
 from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.robot import Robot
@@ -84,7 +83,7 @@ class Mission:
                     strategy,
                     self._truth.facts,
                     goals_of(spec.goals),
-                    Repertoire(spec.id, questions.scene, fleet_domain()),
+                    Repertoire(spec.id, questions.scene, questions.domain),
                 ),
                 seed=world.seed,
             )

@@ -25,6 +25,7 @@ from clo_fleet.planning.planner import (
 )
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.problem import Scene, planning_task
+from clo_fleet.planning.schemas import Domain
 from clo_fleet.world.model import RobotId, World
 from clo_fleet.world.places import travel_time
 
@@ -62,13 +63,14 @@ class Questions:
     Attributes:
         desks: what each robot's questions have cost.
         wall_limited: whether some answer depended on the machine's speed.
-        scene: what stays the same from one question to the next.
+        domain, scene: what stays the same from one question to the next.
     """
 
     world: World
     desks: dict[RobotId, Desk] = field(init=False)
     wall_limited: bool = False
     _pool: PlannerPool = field(init=False, repr=False)
+    domain: Domain = field(init=False, repr=False)
     scene: Scene = field(init=False, repr=False)
     _graph: Any = field(init=False, repr=False)
     _ways: dict[str, dict[str, float]] = field(default_factory=dict, repr=False)
@@ -78,8 +80,9 @@ class Questions:
     def __post_init__(self) -> None:
         world = self.world
         self.desks = {spec.id: Desk() for spec in world.robots}
+        self.domain = fleet_domain()
         self._pool = PlannerPool(
-            fleet_domain(), wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit
+            self.domain, wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit
         )
         self.scene = Scene(
             robots=tuple(sorted(spec.id for spec in world.robots)),

@@ -83,13 +83,14 @@ def explain(task: GroundTask, actions: Sequence[Action], source: str, executed: 
         links=_link_rows(links.links),
         opportunities=_opportunities(state, rest, task.goals),
         guards=_guard_rows(links.guards),
-        repair=_repair_row(task, state, plan, executed, surprise) if surprise.conditions else None,
+        repair=_repair_row(task, state, plan, executed, surprise, links) if surprise.conditions else None,
     )
 
 
-def _repair_row(task: GroundTask, state: State, plan: Plan, executed: int, surprise: Surprise) -> RepairRow:
+def _repair_row(
+    task: GroundTask, state: State, plan: Plan, executed: int, surprise: Surprise, before: Links
+) -> RepairRow:
     rest = plan[executed:]
-    before = causal_links(state, rest, task.goals)
     known = facts_of(task)
     after = (frozenset(state) | surprise.true) - surprise.false
     changes = tuple(
@@ -110,21 +111,22 @@ def _repair_row(task: GroundTask, state: State, plan: Plan, executed: int, surpr
         next_id=len(plan) + 1,
     )
     repaired = found if isinstance(found, Repaired) else None
+    links = repaired.links if repaired else Links()
     missing = found.missing if isinstance(found, Refused) else ()
     return RepairRow(
         changes=changes,
         refused=found.why.value if isinstance(found, Refused) else "",
         means=repaired.means.value if repaired else "",
-        steps=_fates(rest, repaired) if repaired else (),
+        steps=_fates(rest, repaired, links) if repaired else (),
         cost_before=cost(rest),
         cost_after=cost(repaired.plan) if repaired else None,
-        links=_link_rows(repaired.links.links) if repaired else (),
-        guards=_guard_rows(repaired.links.guards) if repaired else (),
+        links=_link_rows(links.links),
+        guards=_guard_rows(links.guards),
         missing=_guard_rows(Guard(gap.condition, gap.consumer) for gap in missing),
     )
 
 
-def _fates(rest: Plan, repaired: Repaired) -> tuple[FateRow, ...]:
+def _fates(rest: Plan, repaired: Repaired, links: Links) -> tuple[FateRow, ...]:
     """The repaired plan in its order, with each dropped step after the step that it used to follow."""
     drops = {drop.step.id: drop for drop in repaired.dropped}
     order = [*repaired.plan]
@@ -133,7 +135,7 @@ def _fates(rest: Plan, repaired: Repaired) -> tuple[FateRow, ...]:
             before = [other.id for other in order].index(rest[place - 1].id) + 1 if place else 0
             order.insert(before, step)
     gives: dict[int, list[Link]] = {}
-    for link in repaired.links.links:
+    for link in links.links:
         gives.setdefault(link.producer, []).append(link)
     rows = []
     for step in order:
