@@ -19,7 +19,7 @@ doors onto them are widened to 1.3-1.6 m, lanes bend to leave doorways and bays 
 and lanes that lead to no door are left out. `Imported.skipped` tells all that is missing or was changed.
 """
 
-from clo_fleet.bridges.open_rmf.importing import Imported, MapExistsError, import_building, import_to_folder
+from clo_fleet.bridges.open_rmf.importing import Imported, import_building, import_to_folder
 from clo_fleet.bridges.open_rmf.reading import OpenRmfError, Skipped
 
-__all__ = ["Imported", "MapExistsError", "OpenRmfError", "Skipped", "import_building", "import_to_folder"]
+__all__ = ["Imported", "OpenRmfError", "Skipped", "import_building", "import_to_folder"]

@@ -16,34 +16,16 @@ from clo_fleet.bridges.open_rmf.corridors import DOORWAY, Ground, attached, tidi
 from clo_fleet.bridges.open_rmf.lanes import Network, Way, hub_network, without_leaf
 from clo_fleet.bridges.open_rmf.reading import Level, OpenRmfError, Skipped, Vertex, read_level
 from clo_fleet.bridges.open_rmf.relaxing import relaxed
-from clo_fleet.errors import CloFleetError
-from clo_fleet.sim.network import NetworkBuildError, build_network, check_network
+from clo_fleet.sim.map_folder import write_building
 from clo_fleet.world.checks import map_findings
 from clo_fleet.world.faults import Fault, Finding, key_text
-from clo_fleet.world.map_file import write_map
 from clo_fleet.world.model import BuildingMap, Corridor, CorridorId, Door, Junction, Point, Pose, Room, SpawnPoint
-from clo_fleet.world.yaml_file import FileWriteError
 
-__all__ = ["Imported", "MapExistsError", "import_building", "import_to_folder"]
+__all__ = ["Imported", "import_building", "import_to_folder"]
 
 MAX_SPEED = 1.5  # [m/s] where a lane has no limit
 HARM_WHERE_NEEDED, HARM_WHERE_NICE = 20.0, 8.0  # [m2] done to the corridors by a room for a place
 ASIDE = 0.15  # [m] besides a door's way: an object there is in nobody's way
-
-
-class MapExistsError(CloFleetError):
-    """A map of that name is there already.
-
-    Attributes:
-        path: the map.
-    """
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        self.path = path
-
-    def __str__(self) -> str:
-        return f"{self.path} exists already; nothing was overwritten"
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,21 +104,8 @@ def import_to_folder(
         FileWriteError: if the files cannot be written.
     """
     imported = import_building(path, level=level)
-    target = folder / f"{imported.building.name}.yaml"
-    if target.exists() and not force:
-        raise MapExistsError(target)
-    network = target.with_suffix(".net.xml.gz")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        build_network(imported.building, network)
-        if faults := check_network(imported.building, network):
-            network.unlink()
-            raise NetworkBuildError(imported.building.name, f"the drawing's lanes are too crooked: {faults[0]}")
-    except OSError as error:
-        raise FileWriteError(network, error.strerror or str(error)) from error
-    imported = replace(imported, building=replace(imported.building, network=network))
-    write_map(imported.building, target)
-    return imported, target
+    building, target = write_building(imported.building, folder, force=force)
+    return replace(imported, building=building), target
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 import shapely
 
-from clo_fleet.bridges.open_rmf import Imported, MapExistsError, OpenRmfError, import_building, import_to_folder
+from clo_fleet.bridges.open_rmf import Imported, OpenRmfError, import_building, import_to_folder
 from clo_fleet.bridges.open_rmf.reading import slug
+from clo_fleet.sim.map_folder import MapExistsError
 from clo_fleet.sim.network import build_network, check_network
 from clo_fleet.sim.routes import Routes
 from clo_fleet.world.checks import map_findings
