@@ -19,7 +19,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Do it; returns the exit code."""
-    from clo_fleet.sim.network import check_network
+    from clo_fleet.sim.network_check import check_network
     from clo_fleet.world.any_file import read_any
     from clo_fleet.world.model import World
 

@@ -30,7 +30,7 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from clo_fleet.errors import CloFleetError
-from clo_fleet.sim.network import check_network
+from clo_fleet.sim.network_check import check_network
 from clo_fleet.sim.preflight import check_libsumo
 from clo_fleet.sim.routes import Route, Routes
 from clo_fleet.world.model import BuildingMap, DoorId, Point, Pose, RobotId

@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from clo_fleet.errors import CloFleetError
-from clo_fleet.sim.network import NetworkBuildError, build_network, check_network
+from clo_fleet.sim.network import NetworkBuildError, build_network
+from clo_fleet.sim.network_check import check_network
 from clo_fleet.world.map_file import write_map
 from clo_fleet.world.model import BuildingMap
 from clo_fleet.world.yaml_file import FileWriteError

@@ -1,4 +1,4 @@
-"""The SUMO network of a building's corridors: built once by netconvert, shipped beside the map, checked before use.
+"""The SUMO network of a building's corridors: built once by netconvert and shipped beside the map.
 
 ===================================  =============================================
 map                                  SUMO network
@@ -6,15 +6,18 @@ map                                  SUMO network
 junction or door ``j``               junction ``j``
 corridor ``c`` from start to end     edge ``c``, one lane
 corridor ``c`` from end to start     edge ``-c``, one lane; none if it is one-way
+single lane for both directions      edges ``c`` and ``-c`` with ``bidi`` set
 ===================================  =============================================
 
-Traffic keeps to the right: a lane's centre runs 0.35 m right of the corridor's centre line. Between two lanes lies a
-junction, so a lane is shorter than its corridor by what the junctions at its ends take (1 m where two-way corridors
-cross): the way that SUMO counts is the way that a robot covers in the building. Counting the whole corridor as lane
-instead would crowd queues together until robots overlap. Only lanes under ``SHORTEST_LANE`` are counted longer than
-they are: they would hold no robot, and traffic over chains of them freezes.
+Traffic keeps to the right: a lane's centre runs 0.35 m right of the corridor's centre line. A single lane for both
+directions runs along that line; who may use it is not SUMO's to say.
 
-Building needs netconvert (``pip install 'clo-fleet[maps]'``); checking and running do not.
+Between two lanes lies a junction, so a lane is shorter than its corridor by what the junctions at its ends take (1 m
+where two-way corridors cross): the way that SUMO counts is the way that a robot covers in the building. Counting the
+whole corridor as lane instead would crowd queues together until robots overlap. Only lanes under ``SHORTEST_LANE`` are
+counted longer than they are: they would hold no robot, and traffic over chains of them freezes.
+
+Building needs netconvert (``pip install 'clo-fleet[maps]'``); checking (``network_check``) and running do not.
 """
 
 import gzip
@@ -22,12 +25,11 @@ import os
 import shutil
 import subprocess
 import tempfile
-import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.util import find_spec
 from itertools import pairwise
-from math import dist, isfinite
+from math import dist
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -35,23 +37,23 @@ from clo_fleet.errors import CloFleetError
 from clo_fleet.world.model import BuildingMap, Corridor, Point
 
 __all__ = [
+    "MOUTH",
+    "SHORTEST_LANE",
     "Edge",
     "NetconvertMissingError",
     "NetworkBuildError",
     "build_network",
-    "check_network",
+    "line_length",
     "network_edges",
+    "network_nodes",
+    "network_turns",
 ]
 
 LANE_WIDTH = 0.7  # [m] per direction; a robot is 0.6 m wide
 JUNCTION_RADIUS = 0.6  # [m]; netconvert's 4 m eats short corridors; below 0.6 m opposing left-turners overlap
+MOUTH = 2.0  # [m] of a two-lane corridor over which its lanes join to the single one that goes on from it
 SHORTEST_LANE = 1.2  # [m]; a robot and its gap need 1.1. Measured: a grid with lanes of 0.2 m froze, with 1.2 it flowed
 TIME_LIMIT = 120.0  # real seconds for netconvert, which needs one for 400 junctions
-LARGEST_NETWORK = 1 << 28  # bytes unpacked; a file beyond it is not one of ours
-NODE_TOLERANCE = 0.01  # [m]
-SPEED_TOLERANCE = 0.01  # [m/s]
-LENGTH_TOLERANCE = (0.01, 0.6)  # as a fraction of the length, and [m]
-SHAPE_TOLERANCE = 1.0  # [m] from a lane to its centre line: half a lane, and what it swings out in a sharp bend
 NETCONVERT_OPTIONS = (
     *("--default.junctions.radius", str(JUNCTION_RADIUS)),
     "--no-turnarounds",  # beside those that we ask for
@@ -104,31 +106,7 @@ class Edge:
     @property
     def length(self) -> float:
         """The centre line's length, door or junction to door or junction [m]."""
-        return _length(self.shape)
-
-
-@dataclass(frozen=True, slots=True)
-class _Lane:
-    """One lane, as a network file has it."""
-
-    start: str
-    end: str
-    length: float
-    speed: float
-    shape: tuple[Point, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Network:
-    """What a network file says: where its nodes are, its lanes by edge, and the turns from edge to edge."""
-
-    nodes: dict[str, Point]
-    lanes: dict[str, tuple[_Lane, ...]]
-    turns: frozenset[tuple[str, str]]
-
-
-class _UnreadableError(CloFleetError):
-    """A network file cannot be read; says why."""
+        return line_length(self.shape)
 
 
 def network_edges(building: BuildingMap) -> tuple[Edge, ...]:
@@ -151,7 +129,7 @@ def build_network(building: BuildingMap, path: Path) -> None:
         NetworkBuildError: if the map has no corridors, one leads to an unknown node, or netconvert fails.
     """
     netconvert = _netconvert()
-    nodes = _nodes(building)
+    nodes = network_nodes(building)
     edges = network_edges(building)
     if not edges:
         raise NetworkBuildError(building.name, "it has no corridors")
@@ -171,32 +149,6 @@ def build_network(building: BuildingMap, path: Path) -> None:
     _write(path, gzip.compress(text, mtime=0))
 
 
-def check_network(building: BuildingMap, path: Path) -> tuple[str, ...]:
-    """What in the network file does not fit the map, one sentence each; nothing if the network is the map's."""
-    try:
-        network = _read(path)
-    except _UnreadableError as error:
-        return (str(error),)
-    edges = {e.id: e for e in network_edges(building)}
-    nodes = _nodes(building)
-    used = {n for e in edges.values() for n in (e.start, e.end)}
-    return tuple(
-        [f"edge {e!r} is missing" for e in edges if e not in network.lanes]
-        + [f"edge {e!r} is no corridor of the map" for e in sorted(set(network.lanes) - set(edges))]
-        + [
-            f"node {n!r} is not at {nodes[n]} m"
-            for n in sorted(used & set(nodes) & set(network.nodes))
-            if dist(nodes[n], network.nodes[n]) > NODE_TOLERANCE
-        ]
-        + [f for e in edges.values() for f in _lane_faults(e, network.lanes.get(e.id))]
-        + [
-            f"the turn from {a!r} to {b!r} is missing"
-            for a, b in _turns(building, tuple(edges.values()))
-            if a in network.lanes and b in network.lanes and (a, b) not in network.turns
-        ]
-    )
-
-
 def _netconvert() -> str:
     """The path of the binary that the package eclipse-sumo brings."""
     spec = find_spec("sumo")  # not imported: its import changes the environment
@@ -206,12 +158,12 @@ def _netconvert() -> str:
     return found
 
 
-def _nodes(building: BuildingMap) -> dict[str, Point]:
+def network_nodes(building: BuildingMap) -> dict[str, Point]:
     """Where the doors and junctions are [m]."""
     return {str(d.id): d.position for d in building.doors} | {j.id: j.position for j in building.junctions}
 
 
-def _turns(building: BuildingMap, edges: tuple[Edge, ...]) -> Iterator[tuple[str, str]]:
+def network_turns(building: BuildingMap, edges: tuple[Edge, ...]) -> Iterator[tuple[str, str]]:
     """The edges that one may change between, without turning round, except where a corridor just ends."""
     doors = {str(d.id) for d in building.doors}
     meeting = _meeting(edges)
@@ -242,23 +194,52 @@ def _node_elements(nodes: dict[str, Point], edges: tuple[Edge, ...]) -> Iterator
 
 
 def _edge_elements(edges: tuple[Edge, ...]) -> Iterator[ET.Element]:
-    """Edges in netconvert's plain XML: the shape is the left border of the lane."""
+    """Edges in netconvert's plain XML: the shape is the left border of the lane, or the middle of a single one."""
+    joining = _joining(edges)
     for e in edges:
         yield ET.Element(
             "edge",
             {"from": e.start, "to": e.end},
             id=e.id,
-            shape=" ".join(f"{float(x)!r},{float(y)!r}" for x, y in e.shape),
+            shape=" ".join(f"{float(x)!r},{float(y)!r}" for x, y in _drawn(e, joining)),
             speed=repr(e.corridor.max_speed),
             width=repr(LANE_WIDTH),
             numLanes="1",
-            spreadType="right",
+            spreadType="center" if e.corridor.single_lane else "right",
+            **({"bidi": "true"} if e.corridor.single_lane else {}),
         )
+
+
+def _joining(edges: tuple[Edge, ...]) -> set[str]:
+    """The nodes at which a corridor goes on with one lane where it had two; netconvert leaves no room to join there."""
+    kinds: dict[str, dict[str, bool]] = {}
+    for edge in edges:
+        for node in (edge.start, edge.end):
+            kinds.setdefault(node, {})[edge.corridor.id] = edge.corridor.single_lane
+    return {node for node, single in kinds.items() if sorted(single.values()) == [False, True]}
+
+
+def _drawn(edge: Edge, joining: set[str]) -> tuple[Point, ...]:
+    """The edge's shape, of two lanes cut back where they join."""
+    if edge.corridor.single_lane or not joining & {edge.start, edge.end}:
+        return edge.shape
+    cut = min(MOUTH, edge.length / 3)
+    shape = _cut(edge.shape, cut) if edge.start in joining else edge.shape
+    return _cut(shape[::-1], cut)[::-1] if edge.end in joining else shape
+
+
+def _cut(line: tuple[Point, ...], distance: float) -> tuple[Point, ...]:
+    """The line without its first part [m], which is shorter than the line."""
+    a, b = line[0], line[1]
+    if dist(a, b) <= distance:
+        return _cut(line[1:], distance - dist(a, b))
+    share = distance / dist(a, b)
+    return ((a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])), *line[1:])
 
 
 def _connection_elements(building: BuildingMap, edges: tuple[Edge, ...]) -> Iterator[ET.Element]:
     """Every turn in netconvert's plain XML, so that it guesses none."""
-    for a, b in _turns(building, edges):
+    for a, b in network_turns(building, edges):
         yield ET.Element("connection", {"from": a, "to": b}, fromLane="0", toLane="0")
 
 
@@ -305,81 +286,6 @@ def _write(path: Path, content: bytes) -> None:
         raise
 
 
-def _read(path: Path) -> _Network:
-    """The network in a file, packed or plain.
-
-    Raises:
-        _UnreadableError: if there is none.
-    """
-    try:
-        with path.open("rb") as file:
-            packed = file.read(2) == b"\x1f\x8b"
-        with gzip.open(path) if packed else path.open("rb") as file:
-            text = file.read(LARGEST_NETWORK + 1).decode()
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
-        raise _UnreadableError(f"{path.name} cannot be read: {error}") from error
-    if len(text) > LARGEST_NETWORK or "<!DOCTYPE" in text:  # a bomb, or entities; neither is a network
-        raise _UnreadableError(f"{path.name} is no SUMO network")
-    try:
-        root = ET.fromstring(text)
-        if root.tag != "net" or "version" not in root.attrib:
-            raise _UnreadableError(f"{path.name} is no SUMO network")
-        edges = [e for e in root.iterfind("edge") if e.get("function") != "internal"]
-        return _Network(
-            nodes={
-                j.attrib["id"]: (float(j.attrib["x"]), float(j.attrib["y"]))
-                for j in root.iterfind("junction")
-                if j.get("type") != "internal"
-            },
-            lanes={e.attrib["id"]: tuple(_lane(e, lane) for lane in e.iterfind("lane")) for e in edges},
-            turns=frozenset((c.attrib["from"], c.attrib["to"]) for c in root.iterfind("connection")),
-        )
-    except (ET.ParseError, KeyError, ValueError) as error:
-        raise _UnreadableError(f"{path.name} is no SUMO network: {error}") from error
-
-
-def _lane(edge: ET.Element, lane: ET.Element) -> _Lane:
-    points = [point.split(",") for point in lane.attrib["shape"].split()]
-    numbers = [float(lane.attrib["length"]), float(lane.attrib["speed"]), *(float(n) for p in points for n in p)]
-    if len(points) < 2 or {len(p) for p in points} - {2, 3} or not all(map(isfinite, numbers)):
-        raise ValueError(f"lane {lane.get('id')!r} has no proper shape, length or speed")
-    shape = tuple((float(p[0]), float(p[1])) for p in points)
-    return _Lane(edge.attrib["from"], edge.attrib["to"], numbers[0], numbers[1], shape)
-
-
-def _lane_faults(edge: Edge, lanes: tuple[_Lane, ...] | None) -> Iterator[str]:
-    """How the network's lanes of an edge differ from the map's."""
-    if lanes is None:
-        return
-    if len(lanes) != 1:
-        yield f"edge {edge.id!r} has {len(lanes)} lanes instead of 1"
-        return
-    (lane,) = lanes
-    if (lane.start, lane.end) != (edge.start, edge.end):
-        yield f"edge {edge.id!r} leads from {lane.start!r} to {lane.end!r} instead of {edge.start!r} to {edge.end!r}"
-    if abs(lane.speed - edge.corridor.max_speed) > SPEED_TOLERANCE:
-        yield f"edge {edge.id!r} allows {lane.speed:g} m/s instead of {edge.corridor.max_speed:g} m/s"
-    fraction, slack = LENGTH_TOLERANCE
-    shortest = (1 - fraction) * _length(lane.shape) - slack
-    longest = max((1 + fraction) * edge.length, SHORTEST_LANE) + slack
-    if not shortest <= lane.length <= longest:
-        yield f"edge {edge.id!r} is {lane.length:g} m long instead of {edge.length:.2f} m less its junctions"
-    off = max(_distance(p, edge.shape) for p in lane.shape)
-    if off > SHAPE_TOLERANCE:
-        yield f"edge {edge.id!r} runs {off:.2f} m beside its corridor"
-
-
-def _length(line: tuple[Point, ...]) -> float:
+def line_length(line: tuple[Point, ...]) -> float:
+    """How long a line of points is [m]."""
     return sum(dist(a, b) for a, b in pairwise(line))
-
-
-def _distance(point: Point, line: tuple[Point, ...]) -> float:
-    """From a point to the nearest point of a line [m]."""
-    return min(_segment_distance(point, a, b) for a, b in pairwise(line))
-
-
-def _segment_distance(point: Point, a: Point, b: Point) -> float:
-    (px, py), (ax, ay), (bx, by) = point, a, b
-    square = dist(a, b) ** 2
-    along = min(max(((px - ax) * (bx - ax) + (py - ay) * (by - ay)) / square, 0.0), 1.0) if square else 0.0
-    return dist(point, (ax + along * (bx - ax), ay + along * (by - ay)))

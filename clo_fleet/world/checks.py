@@ -150,6 +150,8 @@ def _corridor_findings(site: _Site, corridor: Corridor) -> Iterator[Finding]:
     key: KeyPath = ("corridors", corridor.id)
     for end, name in (("from", corridor.start), ("to", corridor.end)):
         yield from unknown((*key, end), name, site.nodes, ("doors", "junctions"), site.unsound)
+    if corridor.one_way and corridor.single_lane:
+        yield Finding((*key, "single_lane"), "false, as a one-way corridor is used in one direction only")
     if corridor.start == corridor.end:
         yield Finding((*key, "to"), "another place than the corridor's start")
     elif not {corridor.start, corridor.end} <= site.nodes or key in site.unsound:

@@ -10,7 +10,7 @@ doors:
 junctions:
   j1: {at_m: [10, 2.5]}
 corridors:
-  c1: {from: d1, to: j1, via_m: [[8, 2.5]], max_speed_m_s: 1.5, one_way: false}
+  c1: {from: d1, to: j1, via_m: [[8, 2.5]], max_speed_m_s: 1.5, one_way: false, single_lane: false}
 spawn_points:
   p1: {room: l1, at_m: [1, 1], heading_rad: 0.0}
 network: three_rooms.net.xml.gz
@@ -108,7 +108,8 @@ class CorridorSection(Section):
     to: Id
     via_m: tuple[PointM, ...] = Field((), max_length=10_000, description="Bends between the two ends.")
     max_speed_m_s: Positive = 1.5
-    one_way: bool = False
+    one_way: bool = Field(False, description="Only from the first end to the other.")
+    single_lane: bool = Field(False, description="One lane for both directions, by turns, along the middle.")
 
 
 class SpawnSection(Section):
@@ -230,6 +231,7 @@ def _corridor(name: str, section: CorridorSection, nodes: dict[str, Point]) -> C
         shape=(*ends[0], *_line(section.via_m), *ends[1]),
         max_speed=float(section.max_speed_m_s),
         one_way=section.one_way,
+        single_lane=section.single_lane,
     )
 
 
@@ -272,7 +274,7 @@ def _corridor_entry(corridor: Corridor) -> dict[str, object]:
     if corridor.shape[1:-1]:
         entry["via_m"] = _plain(corridor.shape[1:-1])
     entry["max_speed_m_s"] = _plain(corridor.max_speed)
-    return entry | ({"one_way": True} if corridor.one_way else {})
+    return entry | {key: True for key in ("one_way", "single_lane") if getattr(corridor, key)}
 
 
 def _spawn_entry(spawn: SpawnPoint) -> dict[str, object]:

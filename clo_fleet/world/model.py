@@ -107,6 +107,7 @@ class Corridor:
         shape: its centre line, both ends included [m].
         max_speed: [m/s].
         one_way: only from ``start`` to ``end``; otherwise a lane for each direction, side by side.
+        single_lane: one lane for both directions, by turns; never together with ``one_way``.
     """
 
     id: CorridorId
@@ -115,6 +116,7 @@ class Corridor:
     shape: tuple[Point, ...]
     max_speed: float = 1.5
     one_way: bool = False
+    single_lane: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ import shapely
 from clo_fleet.bridges.open_rmf import Imported, OpenRmfError, import_building, import_to_folder
 from clo_fleet.bridges.open_rmf.reading import slug
 from clo_fleet.sim.map_folder import MapExistsError
-from clo_fleet.sim.network import build_network, check_network
+from clo_fleet.sim.network import build_network
+from clo_fleet.sim.network_check import check_network
 from clo_fleet.sim.routes import Routes
 from clo_fleet.world.checks import map_findings
 from clo_fleet.world.map_file import read_map

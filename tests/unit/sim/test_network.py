@@ -13,9 +13,9 @@ from clo_fleet.sim.network import (
     NetconvertMissingError,
     NetworkBuildError,
     build_network,
-    check_network,
     network_edges,
 )
+from clo_fleet.sim.network_check import check_network
 from clo_fleet.world.model import BuildingMap, Corridor, CorridorId, Door, DoorId, Junction, Point, RoomId
 
 DOORS: dict[str, Point] = {"west": (-8.0, 0.0), "east": (8.0, 0.0), "south": (0.0, -8.0), "north": (0.0, 8.0)}
@@ -117,6 +117,46 @@ def test_a_one_way_corridor_has_only_its_forward_edge(tmp_path: Path) -> None:
     assert {y for _, y in lane_shape(path, "c-west")} == {-0.35}
     assert check_network(building, path) == ()
     assert check_network(PLUS, path)[0] == "edge '-c-west' is missing"
+
+
+def single_lanes() -> BuildingMap:
+    """The plus, whose western and northern arms have a single lane."""
+    arms = (replace(arm, single_lane=arm.id in ("c-west", "c-north")) for arm in PLUS.corridors)
+    return replace(PLUS, corridors=tuple(arms))
+
+
+def test_a_single_lane_runs_along_the_centre_line_in_both_directions(tmp_path: Path) -> None:
+    """To the last digit the same line, and SUMO knows that the two edges share it."""
+    building = single_lanes()
+    build_network(building, path := tmp_path / "net.xml.gz")
+    assert {y for _, y in lane_shape(path, "c-west")} == {0.0}
+    assert lane_shape(path, "c-west") == lane_shape(path, "-c-west")[::-1]
+    pairs = {e.attrib["id"]: e.get("bidi") for e in parsed(path).iterfind("edge[@priority]")}
+    assert {a: b for a, b in pairs.items() if b} == {
+        "c-west": "-c-west",
+        "-c-west": "c-west",
+        "c-north": "-c-north",
+        "-c-north": "c-north",
+    }
+    assert check_network(building, path) == ()
+
+
+def test_the_check_tells_single_lanes_from_others(plus_file: Path, tmp_path: Path) -> None:
+    """A network built before a corridor got its single lane is refused, and the other way round."""
+    build_network(single_lanes(), path := tmp_path / "net.xml.gz")
+    assert any("'c-west' shares its lane with '-c-west'" in fault for fault in check_network(PLUS, path))
+    assert any("'-c-north' shares its lane with 'none'" in fault for fault in check_network(single_lanes(), plus_file))
+
+
+def test_two_lanes_join_smoothly_to_the_single_one_that_goes_on(tmp_path: Path) -> None:
+    """From lane to lane it is as far as a robot can follow with its wheels, not a step to the side."""
+    arms = plus("west", "east")
+    building = replace(arms, corridors=(replace(arms.corridors[0], single_lane=True), arms.corridors[1]))
+    build_network(building, path := tmp_path / "net.xml.gz")
+    (x, y), (after_x, after_y) = lane_shape(path, "c-west")[-1], lane_shape(path, "-c-east")[0]
+    assert (y, after_y) == (0.0, -0.35)
+    assert after_x - x >= 0.9
+    assert check_network(building, path) == ()
 
 
 def test_bends_and_sharp_corners_pass_the_check(tmp_path: Path) -> None:

@@ -103,6 +103,13 @@ def test_a_map_is_read_into_values(tmp_path: Path) -> None:
         ("width_m: 1}", "width_m: 9}", "10:42: doors.d3.width_m: got 9", "fits into the wall"),
         (", width_m: 1}", "}", "10:3: doors.d3.width_m: got nothing", "required"),
         ("one_way: true", "one_way: yes", "14:63: corridors.c1.one_way: got 'yes'", "true or false"),
+        (
+            "one_way: true",
+            "one_way: true, single_lane: true",
+            "14:78: corridors.c1.single_lane: got true",
+            "one direction",
+        ),
+        ("one_way: true", "single_lane: 1", "14:63: corridors.c1.single_lane: got 1", "true or false"),
         ("max_speed_m_s: 1,", "max_speed_m_s: 0,", "14:45: corridors.c1.max_speed_m_s: got 0", "above 0"),
         ("[10, 2.5]}", "[10, 2.5, 0]}", "12:8: junctions.j1.at_m: got [10, 2.5, 0]", "a point [x, y]"),
         ("[10, 2.5]}", "[10, 1e7]}", "12:8: junctions.j1.at_m[1]: got 10000000.0", "at most"),
@@ -261,9 +268,12 @@ def buildings(draw: st.DrawFn) -> BuildingMap:
             junctions.append(Junction(f"j{i}", bend))
             shapes = (end[0], bend), (bend, (left - 0.25, 2.0), (left, 2.0))
             one_way = draw(st.booleans())
+            single = draw(st.booleans())
             first, second = CorridorId(f"c{i}"), CorridorId(f"k{i}")
             speed = draw(st.floats(0.1, 3))
-            corridors.append(Corridor(id=first, start=a, end=f"j{i}", shape=shapes[0], max_speed=speed))
+            corridors.append(
+                Corridor(id=first, start=a, end=f"j{i}", shape=shapes[0], max_speed=speed, single_lane=single)
+            )
             corridors.append(Corridor(id=second, start=f"j{i}", end=b, shape=shapes[1], one_way=one_way))
         elif end is not None:
             doors.append(Door(id=DoorId(f"s{i}"), rooms=(end[1], name), position=end[0], heading=0.0, width=1.0))
