@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from clo_fleet.sim.map_folder import MapExistsError, MapNameError, write_building
-from clo_fleet.sim.network import check_network
+from clo_fleet.sim.network_check import check_network
 from clo_fleet.world.buildings import grid, line, ring
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.model import BuildingMap
