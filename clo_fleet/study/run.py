@@ -77,6 +77,8 @@ def strategy_named(name: str) -> Strategy:
 class Run:
     """One run of a world. A context manager: on leaving it, SUMO and the planners are ended.
 
+    To enter a run that has been entered changes nothing.
+
     Args:
         world: the world, from ``read_world`` or made in code.
         strategy: a strategy, or its name.
@@ -97,9 +99,12 @@ class Run:
         if out is not None and not force and any((out / name).exists() for name in ("events.jsonl", "result.json")):
             raise OutputExistsError(out)
         self._log = EventLog()
+        self._entered = False
         self.mission = Mission(world, self._strategy, self._log)
 
     def __enter__(self) -> Self:
+        if self._entered:
+            return self
         self.mission.__enter__()
         if self._out is not None:  # only now: an engine that refuses to start leaves an earlier run as it is
             try:
@@ -109,6 +114,7 @@ class Run:
             except OSError:
                 self.mission.__exit__(None, None, None)
                 raise
+        self._entered = True
         return self
 
     def __exit__(
