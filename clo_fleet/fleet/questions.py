@@ -14,7 +14,6 @@ import networkx as nx
 
 from clo_fleet.clo.messages import PlanFailure
 from clo_fleet.clo.task import Action, Fact
-from clo_fleet.planning.pddl import fleet_domain
 from clo_fleet.planning.planner import (
     NoPlan,
     PlanFound,
@@ -25,9 +24,10 @@ from clo_fleet.planning.planner import (
 )
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.problem import Scene, planning_task
-from clo_fleet.planning.schemas import Domain
 from clo_fleet.world.model import RobotId, World
+from clo_fleet.world.pddl import fleet_domain
 from clo_fleet.world.places import travel_time
+from clo_fleet.world.schemas import Domain
 
 __all__ = ["Desk", "Questions", "Reply"]
 

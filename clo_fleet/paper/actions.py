@@ -10,7 +10,7 @@ from clo_fleet.clo.task import Condition, State
 from clo_fleet.planning.formulas import TRUE, AllOf, Atom, Formula, Literal, Same
 from clo_fleet.planning.grounding import Change, LiftedAction, LiftedTask, grounding
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import EQUALS, Domain, Schema
+from clo_fleet.world.schemas import EQUALS, Domain, Schema
 
 __all__ = ["KnownActions", "lifted"]
 

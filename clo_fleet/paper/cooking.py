@@ -8,7 +8,7 @@ from clo_fleet.clo.task import State
 from clo_fleet.paper import opportunities
 from clo_fleet.paper.settings import Draw, Newcomer, packaged_domain, problem_name
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import Domain
+from clo_fleet.world.schemas import Domain
 
 __all__ = ["Cooking", "units"]
 

@@ -22,7 +22,7 @@ from clo_fleet.paper.settings import problem_text
 from clo_fleet.planning.fast_downward import Call, Finished, solve, solve_text
 from clo_fleet.planning.planner import Answer, PlanFound, Verdict, reply_to
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import Domain
+from clo_fleet.world.schemas import Domain
 
 __all__ = ["FastDownward", "NotLeaderError"]
 

@@ -14,9 +14,9 @@ from typing import Protocol
 
 from clo_fleet.clo.messages import Flip
 from clo_fleet.clo.task import Fact, State, fact_text
-from clo_fleet.planning.pddl import read_domain
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import Domain
+from clo_fleet.world.pddl import read_domain
+from clo_fleet.world.schemas import Domain
 
 __all__ = ["Draw", "Newcomer", "Setting", "packaged_domain", "problem_name", "problem_text"]
 

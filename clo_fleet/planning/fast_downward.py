@@ -36,7 +36,7 @@ from up_fast_downward.downward.driver.util import BUILDS_DIR
 from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.planning.planner import Answer, Verdict
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import EQUALS, OBJECT, Domain, Schema
+from clo_fleet.world.schemas import EQUALS, OBJECT, Domain, Schema
 
 __all__ = ["Call", "Finished", "solve", "solve_text"]
 

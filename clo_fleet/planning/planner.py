@@ -6,7 +6,7 @@ from typing import Protocol
 
 from clo_fleet.clo.task import Action
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import Domain
+from clo_fleet.world.schemas import Domain
 
 __all__ = [
     "Answer",

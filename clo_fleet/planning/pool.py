@@ -27,7 +27,7 @@ from clo_fleet.errors import CloFleetError
 from clo_fleet.planning import wire
 from clo_fleet.planning.planner import Answer, PlanReply, Verdict, reply_to
 from clo_fleet.planning.problem import PlanningTask, check
-from clo_fleet.planning.schemas import Domain
+from clo_fleet.world.schemas import Domain
 
 __all__ = ["JobError", "PlannerPool"]
 

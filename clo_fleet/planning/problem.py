@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 from clo_fleet.clo.task import Fact, State, fact_text
 from clo_fleet.errors import CloFleetError
-from clo_fleet.planning.schemas import OBJECT, Domain, bind
 from clo_fleet.world.model import SkillSettings
+from clo_fleet.world.schemas import OBJECT, Domain, bind
 
 __all__ = ["PlanningTask", "PlanningTaskError", "Scene", "check", "planning_task"]
 

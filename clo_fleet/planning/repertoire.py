@@ -11,7 +11,7 @@ from itertools import product
 from clo_fleet.clo.operators import Operators
 from clo_fleet.clo.task import Action, Condition, Fact, State
 from clo_fleet.planning.problem import Scene, planning_task
-from clo_fleet.planning.schemas import EQUALS, Domain, Schema, bind
+from clo_fleet.world.schemas import EQUALS, Domain, Schema, bind
 
 __all__ = ["Repertoire", "ground_actions"]
 

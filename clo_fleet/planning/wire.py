@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from clo_fleet.planning.pddl import read_domain
 from clo_fleet.planning.planner import Answer, Verdict
 from clo_fleet.planning.problem import PlanningTask
-from clo_fleet.planning.schemas import Domain
+from clo_fleet.world.pddl import read_domain
+from clo_fleet.world.schemas import Domain
 
 __all__ = [
     "READY",

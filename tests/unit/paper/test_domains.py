@@ -8,8 +8,8 @@ from clo_fleet.clo.messages import Flip
 from clo_fleet.clo.task import Fact
 from clo_fleet.paper.catalogue import SETTINGS, SIZES
 from clo_fleet.paper.settings import Draw, Setting, problem_text
-from clo_fleet.planning.pddl import read_problem
 from clo_fleet.planning.problem import check
+from clo_fleet.planning.problem_file import read_problem
 from clo_fleet.world.chance import uniform
 
 each_setting = pytest.mark.parametrize("setting", SETTINGS.values(), ids=str)

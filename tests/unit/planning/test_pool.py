@@ -16,11 +16,12 @@ import pytest
 
 from clo_fleet.clo.task import Fact, apply, unmet
 from clo_fleet.planning import wire
-from clo_fleet.planning.pddl import fleet_domain, read_domain, read_problem
 from clo_fleet.planning.planner import NoPlan, PlanFound, PlannerDied, PlannerOutOfMemory, PlannerOutOfTime
 from clo_fleet.planning.pool import JobError, PlannerPool
 from clo_fleet.planning.problem import PlanningTask, PlanningTaskError, Scene, planning_task
+from clo_fleet.planning.problem_file import read_problem
 from clo_fleet.world.model import SkillSettings
+from clo_fleet.world.pddl import fleet_domain, read_domain
 
 ROOMS = ("l1", "l2", "l3")
 SCENE = Scene(
@@ -196,7 +197,7 @@ def test_the_same_task_gets_the_same_plan_in_any_process(pool: PlannerPool) -> N
     script = """
         import json, sys
         from clo_fleet.planning import wire
-        from clo_fleet.planning.pddl import fleet_domain
+        from clo_fleet.world.pddl import fleet_domain
         from clo_fleet.planning.pool import PlannerPool
         with PlannerPool(fleet_domain(), size=1) as pool:
             reply = pool.plan(wire.task_of(json.loads(sys.stdin.read())))
@@ -253,7 +254,7 @@ def test_nothing_outlives_a_killed_parent(tmp_path: Path) -> None:
     script = """
         import json, os, signal, sys
         from clo_fleet.planning import wire
-        from clo_fleet.planning.pddl import read_domain
+        from clo_fleet.world.pddl import read_domain
         from clo_fleet.planning.pool import PlannerPool
         pool = PlannerPool(read_domain(json.loads(sys.stdin.readline())), size=1)
         pool.submit("hard", wire.task_of(json.loads(sys.stdin.readline())))

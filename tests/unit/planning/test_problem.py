@@ -7,9 +7,9 @@ import pytest
 
 from clo_fleet.clo.task import Fact
 from clo_fleet.planning import wire
-from clo_fleet.planning.pddl import fleet_domain
 from clo_fleet.planning.problem import PlanningTask, PlanningTaskError, Scene, check, planning_task
 from clo_fleet.world.model import SkillSettings
+from clo_fleet.world.pddl import fleet_domain
 
 SCENE = Scene(
     robots=("r1", "r2"),

@@ -5,10 +5,10 @@ from itertools import permutations
 
 from clo_fleet.clo.plan import goals_of
 from clo_fleet.clo.task import Condition
-from clo_fleet.planning.pddl import fleet_domain, read_domain
 from clo_fleet.planning.problem import Scene
 from clo_fleet.planning.repertoire import Repertoire, ground_actions
 from clo_fleet.world.model import SkillSettings
+from clo_fleet.world.pddl import fleet_domain, read_domain
 
 ROOMS = ("l1", "l2", "l3")
 SCENE = Scene(

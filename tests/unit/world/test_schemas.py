@@ -3,8 +3,8 @@
 import pytest
 
 from clo_fleet.clo.task import Action, Condition
-from clo_fleet.planning.pddl import fleet_domain, read_domain
-from clo_fleet.planning.schemas import GroundingError
+from clo_fleet.world.pddl import fleet_domain, read_domain
+from clo_fleet.world.schemas import GroundingError
 
 COSTS = {("travel-time", "l3", "l1"): 70, ("give-time",): 20}
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from clo_fleet.clo.task import Action, Condition, Fact, fact_text
 from clo_fleet.errors import CloFleetError
 
-__all__ = ["EQUALS", "OBJECT", "Costs", "Domain", "GroundingError", "Schema", "bind"]
+__all__ = ["EQUALS", "OBJECT", "Atom", "Costs", "Domain", "GroundingError", "Schema", "Typed", "bind"]
 
 EQUALS = "="
 OBJECT = "object"
@@ -69,6 +69,7 @@ class Domain:
         constants: objects that every task of the domain has, with their types.
         predicates, functions: names with the types of their parameters.
         exogenous: predicates that no schema changes and that may change all the same.
+        variables: the names of the predicates' parameters.
         text: the PDDL that it was read from.
     """
 
@@ -79,6 +80,7 @@ class Domain:
     functions: Signatures
     schemas: tuple[Schema, ...]
     exogenous: frozenset[str] = frozenset()
+    variables: tuple[tuple[str, tuple[str, ...]], ...] = field(default=(), compare=False)
     text: str = field(default="", repr=False, compare=False)
 
     @property
@@ -90,6 +92,10 @@ class Domain:
         """
         changed = {atom[0] for schema in self.schemas for atom in schema.adds + schema.deletes}
         return frozenset(name for name, _ in self.predicates) - changed - self.exogenous | {EQUALS}
+
+    def has_type(self, type_: str) -> bool:
+        """Whether there is such a type."""
+        return type_ == OBJECT or any(name == type_ for name, _ in self.types)
 
     def is_a(self, type_: str, above: str) -> bool:
         """Whether ``type_`` is ``above`` or one of its subtypes."""
