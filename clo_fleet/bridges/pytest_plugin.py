@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
+    from clo_fleet.planning.pool import PlannerPool
     from clo_fleet.testing import FleetWorld, RunFleet
 
-__all__ = ["fleet_world", "run_fleet"]
+__all__ = ["fleet_planners", "fleet_world", "run_fleet"]
 
 
 @pytest.fixture
@@ -24,10 +25,19 @@ def fleet_world(tmp_path: Path) -> "FleetWorld":
     return FleetWorld(tmp_path)
 
 
+@pytest.fixture(scope="session")
+def fleet_planners() -> "Iterator[PlannerPool]":
+    """Planners that wait for the next run: starting them takes longer than most tests. They end with the session."""
+    from clo_fleet.study.run import planner_pool
+
+    with planner_pool() as planners:
+        yield planners
+
+
 @pytest.fixture
-def run_fleet() -> "Iterator[RunFleet]":
-    """Starts runs, ``run_fleet(world, strategy="clo")``; closes SUMO and ends the planners when the test is over."""
+def run_fleet(fleet_planners: "PlannerPool") -> "Iterator[RunFleet]":
+    """Starts runs, ``run_fleet(world, strategy="clo")``; when the test is over, SUMO is closed and nobody plans."""
     from clo_fleet.testing import RunFleet
 
-    with RunFleet() as runs:
+    with RunFleet(fleet_planners) as runs:
         yield runs

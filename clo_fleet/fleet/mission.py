@@ -29,6 +29,7 @@ from clo_fleet.fleet.judge import Judge
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
 from clo_fleet.fleet.tracks import Tracks
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.robot import Robot
@@ -64,7 +65,9 @@ class RobotView:
 class Mission:
     """One run of one world with one strategy. A context manager: it closes SUMO and ends the planners."""
 
-    def __init__(self, world: World, strategy: Strategy, recorder: Recorder) -> None:
+    def __init__(
+        self, world: World, strategy: Strategy, recorder: Recorder, planners: PlannerPool | None = None
+    ) -> None:
         self.world = world
         self.time = 0.0
         self.outcome: Outcome | None = None
@@ -75,7 +78,7 @@ class Mission:
         self._site = Site(world.map, world.robots, world.objects, seed=world.seed, tick=TICK)
         self._truth = Truth(self._site, world.robots, world.objects)
         self._avoidance = Avoidance()
-        questions = Questions(world)
+        questions = Questions(world, planners)
         self._robots = {
             spec.id: Robot(
                 spec,

@@ -61,12 +61,14 @@ class Questions:
     """All open questions. A context manager: it ends the planner's processes.
 
     Attributes:
+        planners: planners to ask, which are left to whoever made them; without any that suit the world, it has its own.
         desks: what each robot's questions have cost.
         wall_limited: whether some answer depended on the machine's speed.
         domain, scene: what stays the same from one question to the next.
     """
 
     world: World
+    planners: PlannerPool | None = None
     desks: dict[RobotId, Desk] = field(init=False)
     wall_limited: bool = False
     _pool: PlannerPool = field(init=False, repr=False)
@@ -81,9 +83,10 @@ class Questions:
         world = self.world
         self.desks = {spec.id: Desk() for spec in world.robots}
         self.domain = fleet_domain()
-        self._pool = PlannerPool(
-            self.domain, wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit
-        )
+        own = PlannerPool(self.domain, wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit)
+        if self.planners is not None and not self.planners.like(own):
+            self.planners = None
+        self._pool = self.planners or own
         self.scene = Scene(
             robots=tuple(sorted(spec.id for spec in world.robots)),
             items=tuple(sorted(spec.id for spec in world.objects)),
@@ -104,8 +107,8 @@ class Questions:
         self.close()
 
     def close(self) -> None:
-        """End the planner's processes."""
-        self._pool.close()
+        """End the planner's processes, or let go of those that are others' to end."""
+        (self._pool.close if self.planners is None else self._pool.forget)()
 
     def ask(self, robot: RobotId, state: frozenset[Fact], goals: Iterable[Fact], time: float) -> None:
         """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""

@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -137,14 +137,17 @@ class PlannerPool:
             os.kill(worker.process.pid, signal.SIGKILL)
             os.waitid(os.P_PID, worker.process.pid, os.WEXITED | os.WNOWAIT)  # dead, but `_end` has yet to wait for it
 
+    def like(self, other: "PlannerPool") -> bool:
+        """Whether both plan in the same domain and within the same limits."""
+        return all(getattr(self, name) == getattr(other, name) for name in ("_domain", "_wall_limit", "_memory_limit"))
+
     def close(self) -> None:
         """Ends all workers with all that they started, and forgets all jobs."""
-        for worker in self._workers:
-            _end(worker)
-        self._workers.clear()
-        self._tasks.clear()
-        self._queue.clear()
-        self._answers.clear()
+        self._forget(self._workers)
+
+    def forget(self) -> None:
+        """Forgets all jobs; workers that have one are ended, and the others stay for whoever asks next."""
+        self._forget([worker for worker in self._workers if worker.job is not None])
 
     def state(self) -> dict[str, object]:
         """The jobs whose results were not fetched: planning them again gives the same."""
@@ -154,6 +157,14 @@ class PlannerPool:
         """Submits the jobs that ``state`` wrote down."""
         for key, task in wire.jobs_of(state):
             self.submit(key, task)
+
+    def _forget(self, lost: Sequence[_Worker]) -> None:
+        for worker in lost:
+            _end(worker)
+        self._workers = [worker for worker in self._workers if worker not in lost]
+        self._tasks.clear()
+        self._queue.clear()
+        self._answers.clear()
 
     def _advance(self, patience: float | None) -> None:
         """Moves jobs and answers on. Waits up to ``patience`` [s] (``None``: until something happens)."""

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from clo_fleet.clo.strategies import Strategy
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.run import Run
 from clo_fleet.testing.buildings import rooms_in_a_row, rooms_on_a_corridor, shipped_map
 from clo_fleet.testing.worlds import WorldBuilder
@@ -43,9 +44,13 @@ class FleetWorld:
 
 
 class RunFleet:
-    """Starts runs and closes them all in the end, whatever has become of them. A context manager."""
+    """Starts runs and closes them all in the end, whatever has become of them. A context manager.
 
-    def __init__(self) -> None:
+    ``planners``: for all of them, from ``planner_pool()``; otherwise each run has its own.
+    """
+
+    def __init__(self, planners: PlannerPool | None = None) -> None:
+        self._planners = planners
         self._open: list[Run] = []
 
     def __enter__(self) -> Self:
@@ -77,13 +82,13 @@ class RunFleet:
         if seed is not None:
             world = replace(world, seed=seed)
         self.close(ended_only=True)
-        run = Run(world, strategy)
+        run = Run(world, strategy, planners=self._planners)
         run.__enter__()
         self._open.append(run)
         return run
 
     def close(self, *, ended_only: bool = False) -> None:
-        """Close SUMO and end the planners of all runs, or of those that have ended."""
+        """Close SUMO, and end the planners, of all runs, or of those that have ended."""
         with ExitStack() as closing:  # closes the others as well if one cannot be closed
             for run in [run for run in self._open if run.done or not ended_only]:
                 self._open.remove(run)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -60,8 +61,8 @@ def test_another_project_asserts_about_its_fleet_without_a_world_file(pytester: 
     result.stdout.no_fnmatch_line("*_fail*")
 
 
-def test_whatever_a_test_does_sumo_is_closed_and_the_planners_are_ended(pytester: pytest.Pytester) -> None:
-    """After a failing test the next one has SUMO for itself, and in the end no process is left."""
+def test_whatever_a_test_does_sumo_is_closed_and_nobody_plans_for_it_any_more(pytester: pytest.Pytester) -> None:
+    """After a failing test the next one has SUMO for itself; idle planners are kept, and ended with the session."""
     pytester.makepyfile(
         """
         import os
@@ -72,19 +73,23 @@ def test_whatever_a_test_does_sumo_is_closed_and_the_planners_are_ended(pytester
 
         def children():
             tasks = Path(f"/proc/{os.getpid()}/task").iterdir()
-            return [child for task in tasks for child in (task / "children").read_text().split()]
+            found = [child for task in tasks for child in (task / "children").read_text().split()]
+            Path("children").write_text(" ".join(found))
+            return found
 
         def world(fleet_world):
             return fleet_world(on_map="hello").robot("r1", "west", wants="(at-robot r1 east)")
 
         def test_fails(fleet_world, run_fleet):
-            run_fleet(world(fleet_world)).step(40)
+            run = run_fleet(world(fleet_world))
+            run.step(40)
             assert libsumo.isLoaded()
-            raise SystemExit("the test breaks off")
+            run.mission.questions.ask("r1", run.robot("r1").beliefs, [("at-robot", "r1", "west")], run.time)
+            raise SystemExit("the test breaks off while a planner is at work")
 
         def test_next(fleet_world, run_fleet):
             assert not libsumo.isLoaded()
-            assert children() == []
+            assert len(children()) == 1
             run = run_fleet(world(fleet_world))
             with pytest.raises(CorridorsOpenError):
                 run_fleet(world(fleet_world))
@@ -95,8 +100,10 @@ def test_whatever_a_test_does_sumo_is_closed_and_the_planners_are_ended(pytester
 
         def test_last():
             assert not libsumo.isLoaded()
-            assert children() == []
+            assert len(children()) == 2
         """
     )
     result = pytester.runpytest_subprocess(*PLUGIN)
     result.assert_outcomes(passed=2, failed=1)
+    planners = (pytester.path / "children").read_text().split()
+    assert not any(Path(f"/proc/{planner}").exists() for planner in planners)

@@ -298,3 +298,23 @@ def test_any_strips_domain_is_planned() -> None:
         assert unmet(action, state) == ()
         state = apply(state, action)
     assert set(task.goals) <= state
+
+
+def test_jobs_forgotten_cost_only_the_workers_that_have_them() -> None:
+    """Whoever asks next finds the idle workers, and none of the answers to what was forgotten."""
+    with PlannerPool(fleet_domain(), size=2) as pool:
+        pool.plan(PAPER_TASK)
+        pool.submit("r1", PAPER_TASK)
+        pool.forget()
+        assert pool.state() == {"jobs": []}
+        pool.submit("r1", PAPER_TASK)
+        assert isinstance(found := pool.result("r1"), PlanFound)
+        assert [action.name for action in found.actions] == PAPER_PLAN
+
+
+def test_pools_are_alike_that_plan_the_same_within_the_same_limits() -> None:
+    """A limit that differs makes another pool."""
+    pool = PlannerPool(fleet_domain())
+    assert pool.like(PlannerPool(fleet_domain(), size=1))
+    assert not pool.like(PlannerPool(fleet_domain(), wall_limit=1.0))
+    assert not pool.like(PlannerPool(fleet_domain(), memory_limit=1 << 20))

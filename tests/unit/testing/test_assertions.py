@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.run import Run
 from clo_fleet.testing import (
     RunFleet,
@@ -20,22 +21,22 @@ from clo_fleet.world.model import ObjectId, ObjectMoved
 
 
 @pytest.fixture(scope="module")
-def helped() -> Iterator[Run]:
+def helped(fleet_planners: PlannerPool) -> Iterator[Run]:
     """A run in which r2 prepares the cup before r1 comes for it."""
     world = WorldBuilder(rooms_in_a_row("kitchen", "hall", "office"))
     world.robot("r1", "office", wants="(holding r1 cup)").robot("r2", "kitchen", wants="(prepared cup)")
-    with RunFleet() as run_fleet:
+    with RunFleet(fleet_planners) as run_fleet:
         run = run_fleet(world.thing("cup", "kitchen"))
         run.finish()
         yield run
 
 
 @pytest.fixture(scope="module")
-def alone() -> Iterator[Run]:
+def alone(fleet_planners: PlannerPool) -> Iterator[Run]:
     """A run cut short, in which somebody takes away what a robot is about to grasp."""
     world = WorldBuilder(rooms_in_a_row("kitchen", "office")).robot("r1", "kitchen", wants="(holding r1 cup)")
     world.thing("cup", "kitchen", at=(5, 4)).happens(ObjectMoved(8.0, ObjectId("cup"), (9.0, 4.0)))
-    with RunFleet() as run_fleet:
+    with RunFleet(fleet_planners) as run_fleet:
         run = run_fleet(world)
         run.finish(until=12.0)
         yield run
@@ -90,10 +91,10 @@ def test_a_missed_outcome_is_told_with_who_wants_what(alone: Run) -> None:
         assert_goals_reached(alone.result())
 
 
-def test_a_run_that_goes_on_is_told() -> None:
+def test_a_run_that_goes_on_is_told(run_fleet: RunFleet) -> None:
     """Who asserts too early is told what to do."""
     world = WorldBuilder(rooms_in_a_row("a", "b")).robot("r1", "a", wants="(at-robot r1 b)")
-    with RunFleet() as run_fleet, pytest.raises(AssertionError, match=r"not ended yet, at 0\.0 s: call run\.finish"):
+    with pytest.raises(AssertionError, match=r"not ended yet, at 0\.0 s: call run\.finish"):
         assert_goals_reached(run_fleet(world))
 
 
