@@ -38,7 +38,7 @@ from clo_fleet.world.model import (
     Room,
     RoomId,
 )
-from clo_fleet.world.places import Way, ways, zones
+from clo_fleet.world.places import Way, Ways, zones
 
 __all__ = ["NoCorridorsError", "Site"]
 
@@ -73,7 +73,7 @@ class Site:
         self._objects = {spec.id: spec for spec in sorted(objects, key=lambda spec: spec.id)}
         self._robots = {spec.id: spec for spec in sorted(robots, key=lambda spec: spec.id)}
         self._zone_of_door = _zones_of_doors(building)
-        self._ways: dict[tuple[RoomId, RoomId], tuple[Way, ...]] | None = None
+        self._ways = Ways(building)
         self._paths: dict[RoomId, RoomPaths] = {}
         self._max_speed = {spec.id: spec.max_speed for spec in robots}
         self._vehicle: dict[RobotId, Route] = {}  # robots that are vehicles
@@ -202,9 +202,7 @@ class Site:
 
     def ways(self, start: RoomId, goal: RoomId) -> tuple[Way, ...]:
         """The ways from one room to another without a third between them, the quickest first."""
-        if self._ways is None:
-            self._ways = ways(self.building)
-        return self._ways.get((start, goal), ())
+        return self._ways.between(start, goal)
 
     def entry_clear(self, route: Route, radius: float) -> bool:
         """Whether a robot can stand where the route begins, and will be let in there before others."""

@@ -9,6 +9,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 import networkx as nx
 
@@ -17,18 +18,18 @@ from clo_fleet.world.outlines import centroid, covers, length
 
 __all__ = [
     "Way",
+    "Ways",
     "connected_rooms",
-    "doors_between",
     "reachable_rooms",
     "room_at",
     "travel_time",
-    "ways",
     "zones",
 ]
 
 CROSSING_SPEED = 1.0  # m/s, the top speed of a robot that a world says nothing else about
 
 RoomPair = tuple[RoomId, RoomId]
+Node = tuple[str, str]  # a junction, or a door's exit or entry, with its name
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,44 +63,79 @@ def zones(building: BuildingMap) -> dict[PlaceId, frozenset[CorridorId]]:
     return {PlaceId(f"zone-{number}"): frozenset(part) for number, part in enumerate(sorted(parts), start=1)}
 
 
-def ways(building: BuildingMap, start: RoomId | None = None) -> dict[RoomPair, tuple[Way, ...]]:
-    """The ways between rooms, all or those out of one room, by the ordered pair of rooms, the quickest first.
+class Ways:
+    """The ways of a building, found room by room as they are asked for and then kept.
 
-    One shortest-path search for each door that leads out, and as many answers as there are connected pairs: 24 s for
-    1,000 rooms in a single zone. Keep the answer rather than ask again.
+    One shortest-path search for each door that leads out of a room. For all pairs of 1,000 rooms in a single zone that
+    is a million answers, in seconds; whoever asks about a few rooms only pays for these.
     """
-    doors = {door.id: door for door in building.doors}
-    middles = {room.id: centroid(room.outline) for room in building.rooms}
-    crossing = {
-        (room, door.id): math.dist(middles[room], door.position) / CROSSING_SPEED
-        for door in building.doors
-        for room in door.rooms
-    }
-    found: dict[RoomPair, set[Way]] = defaultdict(set)
-    for leave, enter, zone, time in _passages(building, doors, start):
-        for a in leave.rooms:
-            for b in enter.rooms:
-                if a != b and start in (a, None):
-                    total = crossing[a, leave.id] + time + crossing[b, enter.id]
-                    found[a, b].add(Way(total, leave.id, enter.id, zone))
-    return {pair: tuple(sorted(found[pair], key=_quickest)) for pair in sorted(found)}
+
+    def __init__(self, building: BuildingMap) -> None:
+        self._doors = {door.id: door for door in building.doors}
+        self._rooms = [room.id for room in building.rooms]
+        middles = {room.id: centroid(room.outline) for room in building.rooms}
+        self._crossing = {
+            (room, door.id): math.dist(middles[room], door.position) / CROSSING_SPEED
+            for door in building.doors
+            for room in door.rooms
+        }
+        self._doors_of: dict[RoomId, list[Door]] = {room: [] for room in middles}
+        for door in building.doors:
+            for room in door.rooms:
+                self._doors_of[room].append(door)
+        corridors = {corridor.id: corridor for corridor in building.corridors}
+        self._zones = {
+            zone: _zone_steps([corridors[member] for member in sorted(members)], self._doors)
+            for zone, members in zones(building).items()
+        }
+        self._zones_of: dict[str, list[PlaceId]] = defaultdict(list)
+        for zone, steps in self._zones.items():
+            for kind, name in steps:
+                if kind == "exit":
+                    self._zones_of[name].append(zone)
+        self._found: dict[RoomId, dict[RoomId, tuple[Way, ...]]] = {}
+
+    def between(self, start: RoomId, end: RoomId) -> tuple[Way, ...]:
+        """The ways from one room to another without passing a third, the quickest first."""
+        return self.out_of(start).get(end, ())
+
+    def out_of(self, start: RoomId) -> Mapping[RoomId, tuple[Way, ...]]:
+        """The ways out of a room, by the room that they lead to, in the order of names; none for an unknown room."""
+        if start not in self._found:
+            self._found[start] = self._search(start)
+        return self._found[start]
+
+    def all(self) -> Iterator[tuple[RoomPair, tuple[Way, ...]]]:
+        """Every ordered pair of connected rooms with its ways, in the order of names."""
+        for start in sorted(self._rooms):
+            for end, found in self.out_of(start).items():
+                yield (start, end), found
+
+    def _search(self, start: RoomId) -> dict[RoomId, tuple[Way, ...]]:
+        found: dict[RoomId, list[Way]] = defaultdict(list)
+        for leave in self._doors_of.get(start, ()):
+            before = self._crossing[start, leave.id]
+            for other in leave.rooms:
+                if other != start:
+                    found[other].append(Way(before + self._crossing[other, leave.id], leave.id, leave.id, None))
+            for zone in self._zones_of.get(leave.id, ()):
+                for (kind, name), time in _times(self._zones[zone], ("exit", leave.id)).items():
+                    if kind == "entry":
+                        for room in self._doors[DoorId(name)].rooms:
+                            if room != start:
+                                total = before + time + self._crossing[room, DoorId(name)]
+                                found[room].append(Way(total, leave.id, DoorId(name), zone))
+        return {end: tuple(sorted(found[end], key=_quickest)) for end in sorted(found)}
 
 
 def connected_rooms(building: BuildingMap) -> tuple[RoomPair, ...]:
     """The ordered pairs of different rooms between which a way leads without passing a third room, sorted."""
-    return tuple(ways(building))
-
-
-def doors_between(
-    building: BuildingMap, start: RoomId, end: RoomId
-) -> tuple[tuple[DoorId, DoorId, PlaceId | None], ...]:
-    """Exit door, entry door and the zone between them (``None`` for one shared door) of each way, quickest first."""
-    return tuple((way.exit, way.entry, way.zone) for way in ways(building, start).get((start, end), ()))
+    return tuple(pair for pair, _ in Ways(building).all())
 
 
 def travel_time(building: BuildingMap) -> dict[RoomPair, float]:
     """Estimates for the quickest way between each ordered pair of connected rooms, from middle to middle [s]."""
-    return {pair: found[0].time for pair, found in ways(building).items()}
+    return {pair: found[0].time for pair, found in Ways(building).all()}
 
 
 def reachable_rooms(building: BuildingMap, starts: Iterable[RoomId]) -> dict[RoomId, frozenset[RoomId]]:
@@ -128,28 +164,9 @@ def room_at(building: BuildingMap, point: Point) -> RoomId | None:
     return next((room.id for room in building.rooms if covers(room.outline, point)), None)
 
 
-def _passages(
-    building: BuildingMap, doors: Mapping[DoorId, Door], start: RoomId | None
-) -> Iterator[tuple[Door, Door, PlaceId | None, float]]:
-    """Door out, door in, zone and time [s] between the doors, of every way out of the start, or of every room."""
-    for door in building.doors:
-        if len(door.rooms) == 2:
-            yield door, door, None, 0.0
-    corridors = {corridor.id: corridor for corridor in building.corridors}
-    for zone, members in zones(building).items():
-        graph = _zone_graph([corridors[member] for member in sorted(members)], doors)
-        for name in sorted(node for kind, node in graph if kind == "exit"):
-            if start is not None and start not in doors[DoorId(name)].rooms:
-                continue
-            times = nx.single_source_dijkstra_path_length(graph, ("exit", name))
-            for (kind, end), time in sorted(times.items()):
-                if kind == "entry":
-                    yield doors[DoorId(name)], doors[DoorId(end)], zone, float(time)
-
-
-def _zone_graph(corridors: Iterable[Corridor], doors: Mapping[DoorId, Door]) -> "nx.DiGraph[tuple[str, str]]":
+def _zone_graph(corridors: Iterable[Corridor], doors: Mapping[DoorId, Door]) -> "nx.DiGraph[Node]":
     """Times along corridors [s]. A door is two nodes, so that no way leads through it to another corridor."""
-    graph: nx.DiGraph[tuple[str, str]] = nx.DiGraph()
+    graph: nx.DiGraph[Node] = nx.DiGraph()
     for corridor in corridors:
         time = length(corridor.shape) / corridor.max_speed
         directions = [(corridor.start, corridor.end)]
@@ -161,6 +178,26 @@ def _zone_graph(corridors: Iterable[Corridor], doors: Mapping[DoorId, Door]) -> 
             if time < graph.get_edge_data(tail, head, {"weight": math.inf})["weight"]:  # corridors side by side
                 graph.add_edge(tail, head, weight=time)
     return graph
+
+
+def _zone_steps(corridors: Iterable[Corridor], doors: Mapping[DoorId, Door]) -> dict[Node, list[tuple[Node, float]]]:
+    """The graph of a zone as what follows each node: plain lists, as there is a search for every door."""
+    graph = _zone_graph(corridors, doors)
+    return {node: [(head, edge["weight"]) for head, edge in graph.adj[node].items()] for node in graph}
+
+
+def _times(steps: Mapping[Node, list[tuple[Node, float]]], start: Node) -> dict[Node, float]:
+    """The time from the start to each node that can be reached [s]: Dijkstra's algorithm."""
+    times: dict[Node, float] = {}
+    frontier = [(0.0, start)]
+    while frontier:
+        time, node = heappop(frontier)
+        if node not in times:
+            times[node] = time
+            for head, duration in steps[node]:
+                if head not in times:
+                    heappush(frontier, (time + duration, head))
+    return times
 
 
 def _quickest(way: Way) -> tuple[float, DoorId, DoorId]:

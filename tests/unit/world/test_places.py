@@ -1,9 +1,12 @@
 """Zones and ways between rooms."""
 
 import math
+from itertools import permutations
 
+import networkx as nx
 import pytest
 
+from clo_fleet.world.buildings import grid
 from clo_fleet.world.model import (
     BuildingMap,
     Corridor,
@@ -16,7 +19,8 @@ from clo_fleet.world.model import (
     Room,
     RoomId,
 )
-from clo_fleet.world.places import connected_rooms, doors_between, reachable_rooms, room_at, travel_time, zones
+from clo_fleet.world.outlines import centroid, length
+from clo_fleet.world.places import Way, Ways, connected_rooms, reachable_rooms, room_at, travel_time, zones
 
 
 def room_id(name: str) -> RoomId:
@@ -37,6 +41,11 @@ def door(name: str, at: Point, *rooms: str) -> Door:
 def corridor(name: str, start: str, end: str, *shape: Point, one_way: bool = False) -> Corridor:
     """A corridor at 2 m/s."""
     return Corridor(id=CorridorId(name), start=start, end=end, shape=shape, max_speed=2.0, one_way=one_way)
+
+
+def led_through(ways: tuple[Way, ...]) -> list[tuple[str, str, str | None]]:
+    """What each way leads through."""
+    return [(way.exit, way.entry, way.zone) for way in ways]
 
 
 # a and b share a door; a-j-c is one zone; the corridor c-d is another, which only the door of c joins to the first.
@@ -70,9 +79,10 @@ def test_rooms_are_connected_by_a_shared_door_or_by_one_zone() -> None:
 
 def test_the_doors_between_rooms_are_known_with_their_zone() -> None:
     """A shared door is exit and entry at once."""
-    assert doors_between(BUILDING, room_id("a"), room_id("b")) == (("dab", "dab", None),)
-    assert doors_between(BUILDING, room_id("a"), room_id("c")) == (("da", "dc", "zone-2"),)
-    assert doors_between(BUILDING, room_id("d"), room_id("c")) == ()
+    ways = Ways(BUILDING)
+    assert led_through(ways.between(room_id("a"), room_id("b"))) == [("dab", "dab", None)]
+    assert led_through(ways.between(room_id("a"), room_id("c"))) == [("da", "dc", "zone-2")]
+    assert ways.between(room_id("d"), room_id("c")) == ways.between(room_id("x"), room_id("c")) == ()
 
 
 def test_travel_time_is_free_flow_with_crossings_at_1_m_s() -> None:
@@ -95,7 +105,7 @@ def test_of_two_ways_the_quicker_counts() -> None:
         corridors=(*BUILDING.corridors, longer),
     )
     a, c = room_id("a"), room_id("c")
-    assert doors_between(building, a, c) == (("da", "dc", "zone-3"), ("da2", "dc2", "zone-1"))
+    assert led_through(Ways(building).between(a, c)) == [("da", "dc", "zone-3"), ("da2", "dc2", "zone-1")]
     assert travel_time(building)[a, c] == travel_time(BUILDING)[a, c]
 
 
@@ -110,3 +120,24 @@ def test_a_point_is_in_the_room_that_covers_it() -> None:
     assert room_at(BUILDING, (2, 4)) == "a"
     assert room_at(BUILDING, (9, 2)) is None
     assert room_at(BUILDING, (math.inf, 2)) is None
+
+
+def test_times_are_those_of_the_shortest_paths() -> None:
+    """In a grid every room is one way from every other, as long as the shortest path through the corridors."""
+    building = grid(4, 3)
+    graph: nx.Graph[str] = nx.Graph()
+    for piece in building.corridors:
+        graph.add_edge(piece.start, piece.end, weight=length(piece.shape) / piece.max_speed)
+    ways = Ways(building)
+    for a, b in permutations(building.rooms, 2):
+        (way,) = ways.between(a.id, b.id)
+        inside = sum(math.dist(centroid(room.outline), door_of(building, room).position) for room in (a, b))
+        path = nx.shortest_path_length(graph, way.exit, way.entry, weight="weight")
+        assert way.time == pytest.approx(inside + path)
+    assert len(list(ways.all())) == 12 * 11
+
+
+def door_of(building: BuildingMap, room: Room) -> Door:
+    """A room's only door."""
+    (found,) = (door for door in building.doors if room.id in door.rooms)
+    return found
