@@ -24,6 +24,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rooms", type=count, default=6, help="of a ring or a line (default: 6)")
     parser.add_argument("--spacing-m", type=float, default=12.0, metavar="M", help="from room to room (default: 12)")
     parser.add_argument("--room-m", type=float, default=5.0, metavar="M", help="width and depth (default: 5)")
+    parser.add_argument("--two-lane", action="store_true", help="corridors with a lane for each direction")
     parser.add_argument("--name", help="default: the form and its size, such as grid-4x3")
     parser.add_argument("--force", action="store_true", help="overwrite a map of that name")
 
@@ -44,7 +45,7 @@ def command(chosen: argparse.Namespace) -> int:
 def _building(chosen: argparse.Namespace) -> "BuildingMap":
     from clo_fleet.world.buildings import Measures, grid, line, ring
 
-    measures = Measures(spacing=chosen.spacing_m, room=chosen.room_m)
+    measures = Measures(spacing=chosen.spacing_m, room=chosen.room_m, two_lane=chosen.two_lane)
     if chosen.form == "grid":
         return grid(chosen.columns, chosen.rows, measures, name=chosen.name)
     return {"ring": ring, "line": line}[chosen.form](chosen.rooms, measures, name=chosen.name)

@@ -59,10 +59,12 @@ class Measures:
     Attributes:
         spacing: from node to node.
         room: width and depth of the rooms.
+        two_lane: whether corridors have a lane for each direction; otherwise both share one, by turns. Spurs have two.
     """
 
     spacing: float = 12.0
     room: float = 5.0
+    two_lane: bool = False
 
 
 def grid(columns: int, rows: int, measures: Measures = Measures(), *, name: str | None = None) -> BuildingMap:
@@ -82,7 +84,7 @@ def grid(columns: int, rows: int, measures: Measures = Measures(), *, name: str 
     for column, row in places:
         for other in ((column + 1, row), (column, row + 1)):
             if other[0] < columns and other[1] < rows:
-                layout.hall(f"node-{column}-{row}", f"node-{other[0]}-{other[1]}")
+                layout.hall(f"node-{column}-{row}", f"node-{other[0]}-{other[1]}", single_lane=not measures.two_lane)
     for column, row in places:
         x, y = column * measures.spacing, row * measures.spacing
         room = f"room-{column}-{row}"
@@ -104,7 +106,7 @@ def ring(rooms: int, measures: Measures = Measures(), *, name: str | None = None
     nodes = [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
     layout = _beside(name or f"ring-{rooms}", measures, nodes, angles)
     for number in range(rooms):
-        layout.hall(f"node-{number}", f"node-{(number + 1) % rooms}")
+        layout.hall(f"node-{number}", f"node-{(number + 1) % rooms}", single_lane=not measures.two_lane)
     return layout.building()
 
 
@@ -118,7 +120,7 @@ def line(rooms: int, measures: Measures = Measures(), *, name: str | None = None
     nodes = [(number * measures.spacing, 0.0) for number in range(rooms)]
     layout = _beside(name or f"line-{rooms}", measures, nodes, [math.pi / 2] * rooms)
     for number in range(rooms - 1):
-        layout.hall(f"node-{number}", f"node-{number + 1}")
+        layout.hall(f"node-{number}", f"node-{number + 1}", single_lane=not measures.two_lane)
     return layout.building()
 
 

@@ -58,10 +58,15 @@ class Layout:
         """A point where corridors meet or end [m]."""
         self._nodes[name] = _rounded(at)
 
-    def hall(self, start: str, end: str, *, via: Iterable[Point] = (), one_way: bool = False) -> None:
+    def hall(
+        self, start: str, end: str, *, via: Iterable[Point] = (), one_way: bool = False, single_lane: bool = False
+    ) -> None:
         """A corridor between two nodes that are there already."""
         shape = (self._nodes[start], *map(_rounded, via), self._nodes[end])
-        self._add_corridor(f"{start}--{end}", start, end, shape, one_way=one_way)
+        name = CorridorId(f"{start}--{end}")
+        self._corridors[name] = Corridor(
+            id=name, start=start, end=end, shape=shape, one_way=one_way, single_lane=single_lane
+        )
 
     def room(self, name: str, corner: Point, size: tuple[float, float]) -> None:
         """A room along the axes, from its lower left corner, of a width and depth [m]; doors come next."""
@@ -70,9 +75,10 @@ class Layout:
 
     def door(self, room: str, at: Point, node: str, *, via: Iterable[Point] = (), width: float = DOOR_WIDTH) -> None:
         """A door of a room, with the spur that leads from it to a node."""
-        name = self._add_door((room,), at, width)
+        start = self._add_door((room,), at, width)
         shape = (_rounded(at), *map(_rounded, via), self._nodes[node])
-        self._add_corridor(f"{name}--{node}", name, node, shape)
+        name = CorridorId(f"{start}--{node}")
+        self._corridors[name] = Corridor(id=name, start=start, end=node, shape=shape)
 
     def door_between(self, room: str, other: str, at: Point, *, width: float = DOOR_WIDTH) -> None:
         """A door in the common wall of two rooms."""
@@ -127,9 +133,6 @@ class Layout:
             width=width,
         )
         return name
-
-    def _add_corridor(self, name: str, start: str, end: str, shape: Iterable[Point], *, one_way: bool = False) -> None:
-        self._corridors[name] = Corridor(id=CorridorId(name), start=start, end=end, shape=tuple(shape), one_way=one_way)
 
     def _spawn_points(self) -> tuple[SpawnPoint, ...]:
         doors_of: dict[str, list[Door]] = {name: [] for name in self._rooms}

@@ -8,7 +8,8 @@ from clo_fleet.cli import main
 
 
 @pytest.mark.parametrize(
-    "words", [["grid", "--columns", "2", "--rows", "3"], ["ring", "--rooms", "4", "--spacing-m", "15"], ["line"]]
+    "words",
+    [["grid", "--columns", "2", "--rows", "3"], ["ring", "--rooms", "4", "--spacing-m", "15"], ["line", "--two-lane"]],
 )
 def test_a_made_map_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
     """``validate`` finds nothing, in the map and its network."""

@@ -7,13 +7,17 @@ import pytest
 
 from clo_fleet.sim.map_folder import MapExistsError, MapNameError, write_building
 from clo_fleet.sim.network_check import check_network
-from clo_fleet.world.buildings import grid, line, ring
+from clo_fleet.world.buildings import Measures, grid, line, ring
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.model import BuildingMap
 from clo_fleet.world.yaml_file import FileWriteError
 
 
-@pytest.mark.parametrize("building", [grid(4, 3), ring(3), ring(16), line(2)], ids=lambda building: building.name)
+@pytest.mark.parametrize(
+    "building",
+    [grid(4, 3), grid(2, 2, Measures(two_lane=True)), ring(3), ring(16), line(2)],
+    ids=lambda building: building.name,
+)
 def test_the_map_reads_back_with_a_network_of_its_own(tmp_path: Path, building: BuildingMap) -> None:
     """What was written is what was built, and netconvert kept every corridor."""
     written, path = write_building(building, tmp_path / "maps")

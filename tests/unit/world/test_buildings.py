@@ -53,6 +53,13 @@ def test_sizes_are_as_asked_for() -> None:
     assert area(building.rooms[0].outline) == pytest.approx(64)
 
 
+def test_corridors_have_one_lane_and_spurs_two_unless_told_otherwise() -> None:
+    """Who waits at a door stands in a lane of its own."""
+    for corridor in grid(2, 2).corridors:
+        assert corridor.single_lane == corridor.start.startswith("node-")
+    assert not any(corridor.single_lane for corridor in grid(2, 2, Measures(two_lane=True)).corridors)
+
+
 @pytest.mark.parametrize("rooms", [1, MAX_ROOMS + 1, -3])
 def test_too_few_or_too_many_rooms_are_refused(rooms: int) -> None:
     """The error says what may be."""
