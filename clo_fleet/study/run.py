@@ -15,12 +15,12 @@ from clo_fleet.clo.strategies import STRATEGIES, Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.errors import CloFleetError
 from clo_fleet.fleet.mission import Mission, RobotView
-from clo_fleet.planning.pddl import fleet_domain
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.event_log import EventLog, Recorded
 from clo_fleet.study.metrics import measure
 from clo_fleet.study.result import RunResult, write_result
 from clo_fleet.world.model import PlanningTime, World
+from clo_fleet.world.pddl import fleet_domain
 
 __all__ = ["OutputExistsError", "Run", "UnknownRobotError", "UnknownStrategyError", "planner_pool", "strategy_named"]
 
