@@ -45,7 +45,7 @@ from clo_fleet.fleet.offers import Offers
 from clo_fleet.fleet.questions import Questions, Reply
 from clo_fleet.fleet.radio import Listener, RadioChannel
 from clo_fleet.robot.robot import Robot
-from clo_fleet.robot.senses import consequences, heeded, sight
+from clo_fleet.robot.senses import Senses, consequences, heeded
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
@@ -69,6 +69,7 @@ class Conversation:
     ) -> None:
         self.offers = Offers(recorder)
         self.questions = questions
+        self.senses = Senses(site, truth, world.perception)
         self.wall_deciding: dict[RobotId, float] = dict.fromkeys(robots, 0.0)
         self._world = world
         self._site = site
@@ -108,8 +109,9 @@ class Conversation:
         listeners = [Listener(robot.id, self._site.pose(robot.id).point) for robot in self._robots.values()]
         for robot, listener in zip(self._robots.values(), listeners, strict=True):
             beliefs = robot.executive.beliefs
-            seen = sight(self._site, self._truth, robot.id, self._world.perception, beliefs)
-            fresh = heeded(consequences(seen, beliefs), beliefs, robot.executive.watch, robot.id)
+            watch = robot.executive.watch
+            seen = self.senses.sight(robot.id, beliefs, watch, self.time)
+            fresh = heeded(consequences(seen, beliefs), beliefs, watch, robot.id)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
             own = self._effects(robot)
@@ -151,7 +153,7 @@ class Conversation:
 
     def state(self) -> dict[str, Any]:
         """Plain data; announcements are made anew from the executives."""
-        return {"offers": self.offers.state(), "radio": self._radio.state()}
+        return {"offers": self.offers.state(), "radio": self._radio.state(), "senses": self.senses.state()}
 
     # ---- learning ------------------------------------------------------------------------------------------
 

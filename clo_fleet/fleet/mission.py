@@ -168,6 +168,10 @@ class Mission:
         """The planner's desk: what it was asked, and what that took."""
         return self._conversation.questions
 
+    def looked(self, robot: str) -> int:
+        """How many facts the robot has looked at so far."""
+        return self._conversation.senses.looked.get(RobotId(robot), 0)
+
     @property
     def wall_deciding(self) -> dict[RobotId, float]:
         """The real time that each executive has taken [s]."""

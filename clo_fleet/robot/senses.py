@@ -1,76 +1,153 @@
-"""What a robot sees, and which beliefs follow from it.
+"""What a robot looks at and sees, and which beliefs follow from it.
 
-By sight a robot knows its own place and its own hands; in a room it sees the objects that lie there within
-range, whether they are prepared, and what other robots in the room carry, though not in what state. An object that
-should lie there and is not seen is not there. In the corridors it sees nothing but itself. With full perception it
-knows everything.
+A robot knows its own place and its own hands at any time. What else there is it has to look at: in its room, the
+objects that lie there within range and in line of sight, whether they are prepared, and what other robots in view
+carry, though not in what state. Walls and obstacles block sight. An object that should lie in the room and was in no
+part of it is not there. In the corridors a robot sees nothing but itself. Three modes say what it looks at:
+
+- ``watch``: only what its plan hangs on (the watch set), and objects that it has lost;
+- ``sight``: everything in view;
+- ``full``: everything, everywhere.
+
+The first two come to the same beliefs, because a robot heeds no more than that of what it sees; but every fact that
+is looked at counts, and takes time if looking does: a robot looks again when it is through with what it looks at.
 """
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
-from clo_fleet.clo.strategies import Watch
+from clo_fleet.clo.strategies import Everything, Watch
 from clo_fleet.clo.task import Fact
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
-from clo_fleet.world.model import Perception, PerceptionMode, RobotId, RoomId
+from clo_fleet.world.model import ObjectId, Perception, PerceptionMode, Point, RobotId, RoomId
 
-__all__ = ["consequences", "heeded", "sight"]
+__all__ = ["Seen", "Senses", "consequences", "heeded"]
 
 Seen = dict[Fact, bool]
 
 
-def sight(site: Site, truth: Truth, robot: RobotId, perception: Perception, beliefs: frozenset[Fact]) -> Seen:
-    """Every fact that the robot's senses settle now, and its value."""
-    if perception.mode is PerceptionMode.FULL:
-        known = {fact for fact in truth.facts if _concerns(fact, robot, site)}
-        gone = {fact for fact in beliefs if fact[0] in _SENSED and _concerns(fact, robot, site)} - known
-        return dict.fromkeys(sorted(known), True) | dict.fromkeys(sorted(gone), False)
-    seen = _of_itself(site, truth, robot, beliefs)
-    place = site.place(robot)
-    if site.is_room(place) and not site.in_corridor(robot):
-        seen |= _of_its_room(site, truth, robot, RoomId(place), perception.range)
-        missed = {fact for fact in beliefs if fact[0] == "at-object" and fact[2] == place} - seen.keys()
-        if missed and _overlooks(site, robot, perception.range):
-            seen |= dict.fromkeys(sorted(missed), False)
-    return seen
+class Senses:
+    """The eyes of all robots of one world. ``looked``: how many facts each has looked at so far."""
 
+    def __init__(self, site: Site, truth: Truth, perception: Perception) -> None:
+        self.looked: dict[RobotId, int] = {}
+        self._site, self._truth, self._perception = site, truth, perception
+        self._busy: dict[RobotId, float] = {}  # until when a robot is still looking [s]
+        self._searched: dict[RobotId, tuple[RoomId, frozenset[int]]] = {}  # the spots of its room seen so far
 
-def _of_itself(site: Site, truth: Truth, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
-    """Where the robot is, and what it has in hand."""
-    own = sorted(fact for fact in beliefs if _own(fact, robot))
-    seen = {fact: fact in truth.facts for fact in own}
-    place = site.place(robot)
-    if site.is_room(place):
-        seen["at-robot", robot, str(place)] = True
-    for item in site.rooms.carried(robot):
-        seen["holding", robot, item] = True
-        seen["prepared", item] = truth.prepared(item)
-    return seen
+    def sight(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch, time: float) -> Seen:
+        """Every fact that the robot's senses settle now, and its value."""
+        known = self._of_itself(robot, beliefs)
+        if self._busy.get(robot, -math.inf) > time + 1e-9:
+            return known
+        if self._perception.mode is PerceptionMode.FULL:
+            seen = self._everywhere(robot, beliefs)
+        else:
+            seen = self._in_room(robot, beliefs, watch)
+        looked = len(seen.keys() - known.keys())
+        self.looked[robot] = self.looked.get(robot, 0) + looked
+        if self._perception.look > 0.0:
+            self._busy[robot] = time + looked * self._perception.look
+        return known | seen
 
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "looked": dict(self.looked),
+            "busy": dict(self._busy),
+            "searched": {robot: [room, sorted(seen)] for robot, (room, seen) in self._searched.items()},
+        }
 
-def _of_its_room(site: Site, truth: Truth, robot: RobotId, room: RoomId, reach: float) -> Seen:
-    """What lies in the room within reach of sight [m], and what other robots there have in hand."""
-    seen: Seen = {}
-    here = site.pose(robot).point
-    for item in site.items_in(room):
-        position = site.item_position(item)
-        if position is not None and math.dist(here, position) <= reach:
-            seen["at-object", item, str(room)] = True
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what ``state()`` gave."""
+        self.looked, self._busy = dict(state["looked"]), dict(state["busy"])
+        self._searched = {robot: (room, frozenset(seen)) for robot, (room, seen) in state["searched"].items()}
+
+    # ---- private -------------------------------------------------------------------------------------------
+
+    def _of_itself(self, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
+        """Where the robot is, and what it has in hand."""
+        site, truth = self._site, self._truth
+        own = sorted(fact for fact in beliefs if _own(fact, robot))
+        seen = {fact: fact in truth.facts for fact in own}
+        place = site.place(robot)
+        if site.is_room(place):
+            seen["at-robot", robot, str(place)] = True
+        for item in site.rooms.carried(robot):
+            seen["holding", robot, item] = True
             seen["prepared", item] = truth.prepared(item)
-    for other in site.bodies_in(room):
-        if other != robot and math.dist(here, site.pose(other).point) <= reach:
-            seen |= dict.fromkeys((("holding", other, item) for item in site.rooms.carried(other)), True)
-    return seen
+        return seen
+
+    def _everywhere(self, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
+        """All facts of the robot's task, wherever they are."""
+        known = {fact for fact in self._truth.facts if _concerns(fact, robot, self._site)}
+        gone = {fact for fact in beliefs if fact[0] in _SENSED and _concerns(fact, robot, self._site)} - known
+        return dict.fromkeys(sorted(known), True) | dict.fromkeys(sorted(gone), False)
+
+    def _in_room(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch) -> Seen:
+        """What the robot sees of the room on whose floor it is."""
+        site = self._site
+        place = site.place(robot)
+        if not site.is_room(place) or site.in_corridor(robot):
+            return {}
+        room = RoomId(place)
+        attended = self._attended(robot, beliefs, watch)
+        seen = {fact: value for fact, value in self._of_room(robot, room).items() if fact in attended}
+        missed = {fact for fact in beliefs if fact[0] == "at-object" and fact[2] == room and fact in attended}
+        missed -= seen.keys()
+        if missed and self._overlooked(robot, room):
+            seen |= dict.fromkeys(sorted(missed), False)
+        if not missed:
+            self._searched.pop(robot, None)
+        return seen
+
+    def _of_room(self, robot: RobotId, room: RoomId) -> Seen:
+        """The facts about the objects and the other robots in view."""
+        site, seen = self._site, Seen()
+        lying: dict[ObjectId, Point] = {}
+        for item in site.items_in(room):
+            if (position := site.item_position(item)) is not None:
+                lying[item] = position
+        others = [other for other in site.bodies_in(room) if other != robot and site.rooms.carried(other)]
+        points = [*lying.values(), *(site.pose(other).point for other in others)]
+        in_view = site.sightlines(room).seen(site.pose(robot).point, points, self._perception.range)
+        for item, visible in zip(lying, in_view, strict=False):
+            if visible:
+                seen["at-object", item, str(room)] = True
+                seen["prepared", item] = self._truth.prepared(item)
+        for other, visible in zip(others, in_view[len(lying) :], strict=True):
+            if visible:
+                seen |= dict.fromkeys((("holding", other, item) for item in site.rooms.carried(other)), True)
+        return seen
+
+    def _attended(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch) -> Watch:
+        """What the robot looks at: all, or its watch set, where those objects are, and where those are that it lost."""
+        if self._perception.mode is not PerceptionMode.WATCH or isinstance(watch, Everything):
+            return Everything()
+        true = {fact for fact in beliefs if fact[0] in _WHERE and (not _own(fact, robot) or fact in self._truth.facts)}
+        lost = {*self._site.objects} - {_item(fact) for fact in true}
+        minded = lost | {_item(fact) for fact in watch if fact[0] in _WHERE}
+        return watch | {fact for fact in self._truth.facts | beliefs if fact[0] in _WHERE and _item(fact) in minded}
+
+    def _overlooked(self, robot: RobotId, room: RoomId) -> bool:
+        """Whether the robot has seen all of the room since it began to miss something there."""
+        lines = self._site.sightlines(room)
+        last, before = self._searched.get(robot, (room, frozenset()))
+        before = before if last == room else frozenset()
+        left = [number for number in range(len(lines.spots)) if number not in before]
+        eye, reach = self._site.pose(robot).point, self._perception.range
+        in_view = lines.seen(eye, [lines.spots[number] for number in left], reach)
+        now = before | {number for number, visible in zip(left, in_view, strict=True) if visible}
+        self._searched[robot] = (room, now)
+        return len(now) == len(lines.spots)
 
 
 def consequences(seen: Seen, beliefs: frozenset[Fact]) -> Seen:
     """The facts seen, and the beliefs that they rule out: an object is in one place or one hand."""
-    where = {_item(fact): fact for fact, value in seen.items() if value and fact[0] in ("at-object", "holding")}
-    ruled_out = {
-        fact: False
-        for fact in sorted(beliefs)
-        if fact[0] in ("at-object", "holding") and where.get(_item(fact), fact) != fact
-    }
+    where = {_item(fact): fact for fact, value in seen.items() if value and fact[0] in _WHERE}
+    ruled_out = {fact: False for fact in sorted(beliefs) if fact[0] in _WHERE and where.get(_item(fact), fact) != fact}
     return ruled_out | seen
 
 
@@ -82,12 +159,13 @@ def heeded(told: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId) -
     fresh = {fact: value for fact, value in sorted(told.items()) if (fact in beliefs) is not value}
     wanted = {fact for fact in fresh if fact in watch or _own(fact, robot)}
     if lying := {fact for fact, value in fresh.items() if value and fact[0] == "at-object"} - wanted:
-        known = {_item(fact) for fact in beliefs - wanted if fact[0] in ("at-object", "holding")}
+        known = {_item(fact) for fact in beliefs - wanted if fact[0] in _WHERE}
         wanted |= {fact for fact in lying if _item(fact) not in known}
     return {fact: value for fact, value in fresh.items() if fact in wanted}
 
 
-_SENSED = frozenset({"at-robot", "at-object", "prepared", "holding"})
+_WHERE = frozenset({"at-object", "holding"})
+_SENSED = _WHERE | {"at-robot", "prepared"}
 
 
 def _own(fact: Fact, robot: RobotId) -> bool:
@@ -101,10 +179,3 @@ def _concerns(fact: Fact, robot: RobotId, site: Site) -> bool:
 
 def _item(fact: Fact) -> str:
     return fact[1] if fact[0] == "at-object" else fact[2]
-
-
-def _overlooks(site: Site, robot: RobotId, reach: float) -> bool:
-    """Whether the robot's sight reaches all of its room."""
-    here = site.pose(robot).point
-    room = site.room(RoomId(site.place(robot)))
-    return all(math.dist(here, corner) <= reach for corner in room.outline)

@@ -23,6 +23,7 @@ from clo_fleet.sim.doors import Doors
 from clo_fleet.sim.paths import RoomPaths
 from clo_fleet.sim.rooms import Rooms
 from clo_fleet.sim.routes import Route
+from clo_fleet.sim.sightlines import Sightlines
 from clo_fleet.sim.walls import free_space, in_room
 from clo_fleet.world.model import (
     BuildingMap,
@@ -75,6 +76,7 @@ class Site:
         self._zone_of_door = _zones_of_doors(building)
         self._ways = Ways(building)
         self._paths: dict[RoomId, RoomPaths] = {}
+        self._sightlines: dict[RoomId, Sightlines] = {}
         self._max_speed = {spec.id: spec.max_speed for spec in robots}
         self._vehicle: dict[RobotId, Route] = {}  # robots that are vehicles
         self._inserting: dict[RobotId, Route] = {}  # bodies for whom SUMO has a vehicle pending
@@ -135,6 +137,17 @@ class Site:
         if room not in self._paths:
             self._paths[room] = RoomPaths(free_space(self.building, room))
         return self._paths[room]
+
+    def sightlines(self, room: RoomId) -> Sightlines:
+        """The lines of sight of a room; made when first asked for."""
+        if room not in self._sightlines:
+            self._sightlines[room] = Sightlines(self._room[room], free_space(self.building, room))
+        return self._sightlines[room]
+
+    @property
+    def objects(self) -> tuple[ObjectId, ...]:
+        """All objects, sorted."""
+        return tuple(self._objects)
 
     def in_corridor(self, robot: RobotId) -> bool:
         """Whether the robot is a vehicle."""

@@ -92,6 +92,7 @@ def _robot(mission: Mission, mine: Sequence[Timed], robot: str) -> RobotResult:
         opportunities_seen=len(seen),
         opportunities_used=len(used & set(seen)),
         opportunities_by=dict(sorted(Counter(seen.values()).items())),
+        facts_looked_at=mission.looked(robot),
         facts_seen=sum(event.source == "sight" for event in sensed),
         facts_heard=sum(event.source == "radio" for event in sensed),
         expansions=desk.expansions,

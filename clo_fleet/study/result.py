@@ -54,6 +54,8 @@ class RobotResult:
         opportunities_seen: helpful facts, brought about by others, that the robot learnt of.
         opportunities_used: those of them that made steps needless.
         opportunities_by: how many were seen, by whose action.
+        facts_looked_at: how many its senses have looked at; ``facts_seen``: those of them that were news and heeded.
+        facts_heard: news by radio that it heeded.
         planning_s: simulated time that its planner took.
         expansions: states that its planner expanded.
         wall_planning_s: real time that its planner took.
@@ -77,6 +79,7 @@ class RobotResult:
     opportunities_seen: int
     opportunities_used: int
     opportunities_by: dict[str, int]
+    facts_looked_at: int
     facts_seen: int
     facts_heard: int
     expansions: int

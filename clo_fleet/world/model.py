@@ -191,16 +191,18 @@ class SkillSettings:
 class PerceptionMode(Enum):
     """What a robot's senses reach."""
 
+    WATCH = "watch"  # of what is in sight, only what its plan hangs on
     SIGHT = "sight"  # its own room, within range and line of sight
     FULL = "full"  # everything, everywhere
 
 
 @dataclass(frozen=True, slots=True)
 class Perception:
-    """How robots sense: the mode, and the range of sight [m]."""
+    """How robots sense: the mode, the range of sight [m], and what it takes to look at one fact [s]."""
 
     mode: PerceptionMode = PerceptionMode.SIGHT
     range: float = 20.0
+    look: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ name: three_rooms
 map: ../maps/three_rooms.yaml
 seed: 0
 until_s: 600
-perception: {mode: sight, range_m: 20}
+perception: {mode: sight, range_m: 20, look_s: 0}
 radio: {facts: true, range_m: 50, delay_s: 0, loss: 0}
 planning: {fixed_s: 0, per_expansion_s: 0, wall_limit_s: 60, memory_limit_mb: 2048}
 skills: {prepare_s: 4, grasp_s: 2, place_s: 2, give_s: 2, reach_m: 0.6, partner_wait_s: 60, spread: 0.1}
@@ -239,7 +239,7 @@ def _skills(section: SkillsSection) -> SkillSettings:
 
 
 def _perception(section: PerceptionSection) -> Perception:
-    return Perception(PerceptionMode(section.mode), float(section.range_m))
+    return Perception(PerceptionMode(section.mode), float(section.range_m), float(section.look_s))
 
 
 def _radio(section: RadioSection) -> Radio:

@@ -76,8 +76,9 @@ class ObjectSection(Section):
 class PerceptionSection(Section):
     """How robots sense."""
 
-    mode: Literal["sight", "full"] = "sight"
+    mode: Literal["watch", "sight", "full"] = "sight"
     range_m: Positive = PERCEPTION.range
+    look_s: NonNegative = Field(default=PERCEPTION.look, description="For each fact looked at; then it looks again.")
 
 
 class RadioSection(Section):
