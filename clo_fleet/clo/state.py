@@ -1,12 +1,22 @@
 """What an executive remembers, as plain data that can be saved and restored."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
 from clo_fleet.clo.messages import Cause
+from clo_fleet.clo.plain import (
+    plain_cause,
+    plain_conditions,
+    plain_facts,
+    plain_plan,
+    read_cause,
+    read_conditions,
+    read_facts,
+    read_plan,
+)
 from clo_fleet.clo.plan import Step
-from clo_fleet.clo.task import Action, Condition, Fact
+from clo_fleet.clo.task import Condition, Fact
 
 __all__ = ["ExecutiveState", "Tally"]
 
@@ -120,18 +130,18 @@ class ExecutiveState:
         """Plain data: numbers, texts, lists and dictionaries."""
         return {
             **{name: getattr(self, name) for name in _SCALARS},
-            "beliefs": sorted(map(list, self.beliefs)),
-            "goals": _conditions(self.goals),
-            "plan": [{"id": step.id, "action": _action(step.action)} for step in self.plan],
+            "beliefs": plain_facts(self.beliefs),
+            "goals": plain_conditions(self.goals),
+            "plan": plain_plan(self.plan),
             "suspended": sorted(self.suspended),
-            "promised": sorted(map(list, self.promised)),
-            "offers": [[offer, _conditions(needs)] for offer, needs in self.offers.items()],
-            "question": _facts(self.question),
-            "news": [[list(fact), cause and astuple(cause)] for fact, cause in self.news.items()],
+            "promised": plain_facts(self.promised),
+            "offers": [[offer, plain_conditions(needs)] for offer, needs in self.offers.items()],
+            "question": None if self.question is None else plain_facts(self.question),
+            "news": [[list(fact), plain_cause(cause)] for fact, cause in self.news.items()],
             "attempts": dict(self.attempts),
-            "unsolvable": _facts(self.unsolvable),
-            "unknown": sorted(map(list, self.unknown)),
-            "asked": None if self.asked is None else _conditions(self.asked),
+            "unsolvable": None if self.unsolvable is None else plain_facts(self.unsolvable),
+            "unknown": plain_facts(self.unknown),
+            "asked": None if self.asked is None else plain_conditions(self.asked),
             "tally": asdict(self.tally),
         }
 
@@ -140,18 +150,18 @@ class ExecutiveState:
         """The memory that ``state()`` was taken from."""
         return cls(
             **{name: state[name] for name in _SCALARS},
-            beliefs=set(map(tuple, state["beliefs"])),
-            goals=_read_conditions(state["goals"]),
-            plan=[Step(step["id"], _read_action(step["action"])) for step in state["plan"]],
+            beliefs=set(read_facts(state["beliefs"])),
+            goals=read_conditions(state["goals"]),
+            plan=list(read_plan(state["plan"])),
             suspended=set(state["suspended"]),
-            promised=frozenset(map(tuple, state["promised"])),
-            offers={offer: _read_conditions(needs) for offer, needs in state["offers"]},
-            question=_read_facts(state["question"]),
-            news={tuple(fact): cause and Cause(*cause) for fact, cause in state["news"]},
+            promised=read_facts(state["promised"]),
+            offers={offer: read_conditions(needs) for offer, needs in state["offers"]},
+            question=None if state["question"] is None else read_facts(state["question"]),
+            news={tuple(fact): read_cause(cause) for fact, cause in state["news"]},
             attempts=dict(state["attempts"]),
-            unsolvable=_read_facts(state["unsolvable"]),
-            unknown=set(map(tuple, state["unknown"])),
-            asked=None if state["asked"] is None else _read_conditions(state["asked"]),
+            unsolvable=None if state["unsolvable"] is None else read_facts(state["unsolvable"]),
+            unknown=set(read_facts(state["unknown"])),
+            asked=None if state["asked"] is None else read_conditions(state["asked"]),
             tally=Tally(**state["tally"]),
         )
 
@@ -167,41 +177,3 @@ _SCALARS = (
     "relapses",
     "next_step",
 )
-
-
-def _facts(facts: frozenset[Fact] | None) -> list[list[str]] | None:
-    return None if facts is None else sorted(map(list, facts))
-
-
-def _read_facts(plain: list[list[str]] | None) -> frozenset[Fact] | None:
-    return None if plain is None else frozenset(map(tuple, plain))
-
-
-def _conditions(conditions: tuple[Condition, ...]) -> list[object]:
-    return [[list(condition.fact), condition.positive] for condition in conditions]
-
-
-def _read_conditions(plain: list[Any]) -> tuple[Condition, ...]:
-    return tuple(Condition(tuple(fact), positive) for fact, positive in plain)
-
-
-def _action(action: Action) -> dict[str, object]:
-    return {
-        "schema": action.schema,
-        "args": list(action.args),
-        "needs": _conditions(action.needs),
-        "adds": sorted(map(list, action.adds)),
-        "deletes": sorted(map(list, action.deletes)),
-        "cost": action.cost,
-    }
-
-
-def _read_action(plain: Mapping[str, Any]) -> Action:
-    return Action(
-        schema=plain["schema"],
-        args=tuple(plain["args"]),
-        needs=_read_conditions(plain["needs"]),
-        adds=frozenset(map(tuple, plain["adds"])),
-        deletes=frozenset(map(tuple, plain["deletes"])),
-        cost=plain["cost"],
-    )

@@ -8,9 +8,11 @@ other will have left before the giver can be there is no place to meet either.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, Self
 
+from clo_fleet.clo.plain import plain_conditions, plain_facts, plain_plan, read_conditions, read_facts, read_plan
 from clo_fleet.clo.plan import Plan
 from clo_fleet.clo.repair import Repaired, repair
 from clo_fleet.clo.task import Condition, Fact
@@ -48,6 +50,31 @@ class Announcement:
     goals: tuple[Condition, ...]
     beliefs: frozenset[Fact] = field(compare=False)
     in_hand: tuple[ObjectId, ...]
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "robot": self.robot,
+            "place": self.place,
+            "plan": plain_plan(self.plan),
+            "moving": self.moving,
+            "goals": plain_conditions(self.goals),
+            "beliefs": plain_facts(self.beliefs),
+            "in_hand": list(self.in_hand),
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """The announcement that ``state()`` was taken from."""
+        return cls(
+            robot=state["robot"],
+            place=state["place"],
+            plan=read_plan(state["plan"]),
+            moving=state["moving"],
+            goals=read_conditions(state["goals"]),
+            beliefs=read_facts(state["beliefs"]),
+            in_hand=tuple(state["in_hand"]),
+        )
 
 
 def promises(announcements: Iterable[Announcement]) -> frozenset[Fact]:

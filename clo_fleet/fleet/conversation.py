@@ -9,6 +9,7 @@ means to do it announces at once, so that those who are told of its deeds know i
 """
 
 import time as clock
+from collections.abc import Mapping
 from typing import Any
 
 from clo_fleet.clo.executive import Mode
@@ -152,8 +153,23 @@ class Conversation:
                 return
 
     def state(self) -> dict[str, Any]:
-        """Plain data; announcements are made anew from the executives."""
-        return {"offers": self.offers.state(), "radio": self._radio.state(), "senses": self.senses.state()}
+        """Plain data; between ticks all inboxes are empty."""
+        return {
+            "offers": self.offers.state(),
+            "radio": self._radio.state(),
+            "announced": [announcement.state() for announcement in self._announced.values()],
+            "questions": self.questions.state(),
+            "senses": self.senses.state(),
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what ``state()`` gave."""
+        self.offers.restore(state["offers"])
+        self._radio.restore(state["radio"])
+        announced = map(Announcement.from_state, state["announced"])
+        self._announced = {announcement.robot: announcement for announcement in announced}
+        self.questions.restore(state["questions"])
+        self.senses.restore(state["senses"])
 
     # ---- learning ------------------------------------------------------------------------------------------
 

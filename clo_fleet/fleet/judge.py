@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from clo_fleet.clo.executive import Executive, Mode
 from clo_fleet.clo.task import Fact
@@ -23,6 +24,14 @@ class Judge:
     goals: frozenset[Fact]
     lively_at: float = 0.0
     idle_since: float | None = None
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"lively_at": self.lively_at, "idle_since": self.idle_since}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what ``state()`` gave."""
+        self.lively_at, self.idle_since = state["lively_at"], state["idle_since"]
 
     def verdict(
         self,

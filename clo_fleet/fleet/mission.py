@@ -14,6 +14,7 @@ none, the answer is due at once and the loop goes round until nobody asks any mo
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
@@ -28,6 +29,7 @@ from clo_fleet.fleet.conversation import Conversation
 from clo_fleet.fleet.judge import Judge
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
+from clo_fleet.fleet.saved import Saved
 from clo_fleet.fleet.tracks import Tracks
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.repertoire import Repertoire
@@ -39,7 +41,7 @@ from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
 from clo_fleet.world.chance import varied
 from clo_fleet.world.events import EVENTS_FORMAT, Recorder, credit
-from clo_fleet.world.model import ObjectMoved, Pose, RobotId, World
+from clo_fleet.world.model import ObjectMoved, Pose, RobotId, RobotSpec, World
 
 __all__ = ["TICK", "Mission", "RobotView"]
 
@@ -66,40 +68,77 @@ class Mission:
     """One run of one world with one strategy. A context manager: it closes SUMO and ends the planners."""
 
     def __init__(
-        self, world: World, strategy: Strategy, recorder: Recorder, planners: PlannerPool | None = None
+        self,
+        world: World,
+        strategy: Strategy,
+        recorder: Recorder,
+        planners: PlannerPool | None = None,
+        *,
+        checkpoint_every: float | None = None,
+        saved: Saved | None = None,
     ) -> None:
+        """A mission that is yet to be entered.
+
+        Args:
+            world: what is run.
+            strategy: of all robots.
+            recorder: takes the events.
+            planners: others' to ask and to end, if they fit the world.
+            checkpoint_every: for the first event; whoever steps the mission keeps to it [s].
+            saved: where to go on, instead of at the beginning.
+        """
         self.world = world
-        self.time = 0.0
         self.outcome: Outcome | None = None
         self.why = ""
         self._strategy = strategy
         self._recorder = recorder
-        self._ticks = 0
-        self._site = Site(world.map, world.robots, world.objects, seed=world.seed, tick=TICK)
+        self._checkpoint_every = checkpoint_every
+        self._questions = Questions(world, planners)
+        self._make(saved)
+
+    def _make(self, saved: Saved | None) -> None:
+        """Make all parts anew, so that what a state leaves out is forgotten in whatever process goes on from it."""
+        world, state = self.world, saved.state if saved else None
+        self._ticks: int = state["ticks"] if state else 0
+        self.time = round(self._ticks * TICK, 3)
+        self._site = (
+            Site.from_state(
+                world.map, world.robots, world.objects, state["site"], saved.traffic, seed=world.seed, tick=TICK
+            )
+            if saved and state
+            else Site(world.map, world.robots, world.objects, seed=world.seed, tick=TICK)
+        )
         self._truth = Truth(self._site, world.robots, world.objects)
         self._avoidance = Avoidance()
-        questions = Questions(world, planners)
-        self._robots = {
-            spec.id: Robot(
-                spec,
-                Executive(
-                    strategy,
-                    self._truth.facts,
-                    goals_of(spec.goals),
-                    Repertoire(spec.id, questions.scene, questions.domain),
-                ),
-                seed=world.seed,
-            )
-            for spec in sorted(world.robots, key=lambda spec: spec.id)
-        }
-        spread = world.skills.speed_spread
-        for spec in world.robots if spread else ():
-            self._site.slow(spec.id, varied(spec.max_speed, spread, world.seed, f"{spec.id}/speed"))
-        self._conversation = Conversation(world, self._site, self._truth, self._robots, recorder, questions)
+        specs = sorted(world.robots, key=lambda spec: spec.id)
+        self._robots = {spec.id: self._robot(spec, state["robots"][spec.id] if state else None) for spec in specs}
+        self._conversation = Conversation(world, self._site, self._truth, self._robots, self._recorder, self._questions)
+        self._conversation.time = self.time
         self._judge = Judge(frozenset(goal for spec in world.robots for goal in spec.goals))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
         self._standing: dict[str, str] = {}
         self._disturbances = sorted(world.disturbances, key=lambda disturbance: disturbance.time)
+        if saved and state:
+            self._truth.restore(state["truth"])
+            self._conversation.restore(state["conversation"])
+            self._judge.restore(state["judge"])
+            self._tracks.restore(state["tracks"])
+            self._standing.update(state["standing"])
+            self._disturbances = self._disturbances[len(self._disturbances) - state["disturbances_left"] :]
+            self.questions.restore_wall(saved.wall["planning"])
+            self.wall_deciding.update(saved.wall["deciding"])
+        elif spread := world.skills.speed_spread:
+            for spec in world.robots:
+                self._site.slow(spec.id, varied(spec.max_speed, spread, world.seed, f"{spec.id}/speed"))
+
+    def _robot(self, spec: RobotSpec, state: Mapping[str, Any] | None) -> Robot:
+        actions = Repertoire(spec.id, self._questions.scene, self._questions.domain)
+        if state is None:
+            executive = Executive(self._strategy, self._truth.facts, goals_of(spec.goals), actions)
+            return Robot(spec, executive, seed=self.world.seed)
+        robot = Robot(spec, Executive.from_state(self._strategy, state["executive"], actions), seed=self.world.seed)
+        robot.restore(state)
+        return robot
 
     def __enter__(self) -> Self:
         self.questions.__enter__()
@@ -166,7 +205,7 @@ class Mission:
     @property
     def questions(self) -> Questions:
         """The planner's desk: what it was asked, and what that took."""
-        return self._conversation.questions
+        return self._questions
 
     def looked(self, robot: str) -> int:
         """How many facts the robot has looked at so far."""
@@ -206,10 +245,30 @@ class Mission:
             "truth": self._truth.state(),
             "conversation": self._conversation.state(),
             "robots": {robot.id: robot.state() for robot in self._robots.values()},
-            "judge": asdict(self._judge) | {"goals": sorted(map(list, self._judge.goals))},
+            "judge": self._judge.state(),
+            "tracks": self._tracks.state(),
             "standing": dict(self._standing),
             "disturbances_left": len(self._disturbances),
         }
+
+    def wall(self) -> dict[str, dict[RobotId, float]]:
+        """The real time that planning and deciding have taken each robot [s]: kept with a state, but not part of it."""
+        planning = {robot: desk.wall_seconds for robot, desk in self.questions.desks.items()}
+        return {"planning": planning, "deciding": dict(self.wall_deciding)}
+
+    def save_traffic(self, path: Path) -> bool:
+        """Write SUMO's half of the state to a file, ``.xml`` or ``.xml.gz``; ``False``: there is none."""
+        return self._site.save_traffic(path)
+
+    def rebuild(self, saved: Saved) -> None:
+        """Go on from what was saved, as a mission in another process will.
+
+        Engines go on a little differently from a saved state than without having been saved; so a mission that saves
+        itself must be rebuilt from that at the same moment.
+        """
+        self._site.close()
+        self._make(saved)
+        self._site.__enter__()
 
     # ---- the parts of a tick -------------------------------------------------------------------------------
 
@@ -226,6 +285,7 @@ class Mission:
                 until=world.until,
                 robots=tuple(self._robots),
                 objects=tuple(sorted(spec.id for spec in world.objects)),
+                checkpoint_every=self._checkpoint_every,
             )
         )
         self._track()

@@ -5,7 +5,7 @@ time however busy the machine is. What a call costs in simulated time is the wor
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Self
@@ -13,6 +13,7 @@ from typing import Any, Self
 import networkx as nx
 
 from clo_fleet.clo.messages import PlanFailure
+from clo_fleet.clo.plain import plain_action, read_action
 from clo_fleet.clo.task import Action, Fact
 from clo_fleet.planning.planner import (
     NoPlan,
@@ -44,6 +45,23 @@ class Reply:
     failure: PlanFailure = PlanFailure.NO_PLAN
     expansions: int = 0
     detail: str = ""
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "robot": self.robot,
+            "due": self.due,
+            "actions": None if self.actions is None else list(map(plain_action, self.actions)),
+            "failure": self.failure.value,
+            "expansions": self.expansions,
+            "detail": self.detail,
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """The answer that ``state()`` was taken from."""
+        actions = None if state["actions"] is None else tuple(map(read_action, state["actions"]))
+        return cls(**{**state, "actions": actions, "failure": PlanFailure(state["failure"])})
 
 
 @dataclass(slots=True, kw_only=True)
@@ -138,6 +156,27 @@ class Questions:
         due = sorted((reply for reply in self._answered if reply.due <= time + 1e-9), key=lambda reply: reply.robot)
         self._answered = [reply for reply in self._answered if reply not in due]
         return tuple(due)
+
+    def state(self) -> dict[str, Any]:
+        """Plain data, without real times; between ticks every question has its answer, due now or later."""
+        return {
+            "answered": [reply.state() for reply in self._answered],
+            "desks": {robot: [desk.calls, desk.expansions, desk.seconds] for robot, desk in self.desks.items()},
+            "wall_limited": self.wall_limited,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what ``state()`` gave."""
+        self._answered = list(map(Reply.from_state, state["answered"]))
+        for robot, (calls, expansions, seconds) in state["desks"].items():
+            desk = self.desks[robot]
+            desk.calls, desk.expansions, desk.seconds = calls, expansions, seconds
+        self.wall_limited = state["wall_limited"]
+
+    def restore_wall(self, seconds: Mapping[RobotId, float]) -> None:
+        """Count on from these real times [s]."""
+        for robot, desk in self.desks.items():
+            desk.wall_seconds = seconds[robot]
 
     def _travel(self, start: str, goal: str) -> float:
         """The cost of the way, over other rooms if it must be; a lower bound where the start is a zone."""

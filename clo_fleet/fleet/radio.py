@@ -10,7 +10,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from clo_fleet.clo.messages import Cause, Flip
+from clo_fleet.clo.messages import Flip
+from clo_fleet.clo.plain import plain_flip, read_flip
 from clo_fleet.world.chance import uniform
 from clo_fleet.world.model import Point, Radio, RobotId
 
@@ -67,24 +68,14 @@ class RadioChannel:
         """Plain data."""
         return {
             "sent": self._sent,
-            "under_way": [
-                [message.due, message.to, list(message.flip.fact), message.flip.value, _plain(message.flip.cause)]
-                for message in self._under_way
-            ],
+            "under_way": [[message.due, message.to, plain_flip(message.flip)] for message in self._under_way],
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
         self._sent = state["sent"]
-        self._under_way = [
-            Message(due, to, Flip(tuple(fact), value, Cause(*cause) if cause else None))
-            for due, to, fact, value, cause in state["under_way"]
-        ]
+        self._under_way = [Message(due, to, read_flip(flip)) for due, to, flip in state["under_way"]]
 
     def _reaches(self, sender: Listener, listener: Listener) -> bool:
         reach = self._radio.range
         return sender.robot != listener.robot and (reach is None or math.dist(sender.point, listener.point) <= reach)
-
-
-def _plain(cause: Cause | None) -> list[Any] | None:
-    return [cause.robot, cause.action, cause.event] if cause else None

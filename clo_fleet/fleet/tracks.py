@@ -1,5 +1,8 @@
 """Tracks: where everything is, written into the event log now and then, for whoever replays a run."""
 
+from collections.abc import Mapping
+from typing import Any
+
 from clo_fleet.sim.site import Site
 from clo_fleet.world.events import Body, Poses
 from clo_fleet.world.model import ObjectId, RobotId
@@ -26,6 +29,14 @@ class Tracks:
         )
         self._last.update((body[0], body) for body in (*fresh.robots, *fresh.objects))
         return fresh if fresh.robots or fresh.objects else None
+
+    def state(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"last": [list(body) for body in self._last.values()]}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what ``state()`` gave."""
+        self._last = {name: (name, x, y, heading) for name, x, y, heading in state["last"]}
 
     def _robot(self, robot: RobotId) -> Body:
         pose = self._site.pose(robot)

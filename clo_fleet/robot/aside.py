@@ -52,15 +52,21 @@ class StandAside:
         return Under(velocity, direct=self.steering.pushes)
 
     def state(self) -> dict[str, Any]:
-        """Plain data; the path is found again."""
-        return {"spot": list(self.spot) if self.spot else None, "chosen_at": self.chosen_at if self.spot else None}
+        """Plain data."""
+        return {
+            "spot": list(self.spot) if self.spot else None,
+            "chosen_at": self.chosen_at if math.isfinite(self.chosen_at) else None,
+            "steering": self.steering.state(),
+        }
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> Self:
         """What ``state()`` was taken from."""
-        if state["spot"] is None:
-            return cls()
-        return cls(spot=(state["spot"][0], state["spot"][1]), chosen_at=state["chosen_at"])
+        return cls(
+            spot=(state["spot"][0], state["spot"][1]) if state["spot"] else None,
+            chosen_at=-math.inf if state["chosen_at"] is None else state["chosen_at"],
+            steering=Steering.from_state(state["steering"]),
+        )
 
 
 def _place(site: Site, spec: RobotSpec, room: RoomId, here: Point) -> Point:

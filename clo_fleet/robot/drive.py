@@ -100,7 +100,7 @@ class Drive:
                     body.site.doors.release(door, way, body.id)
 
     def state(self) -> dict[str, Any]:
-        """Plain data; the path is found again."""
+        """Plain data."""
         return {
             "skill": "drive",
             "start": self.start,
@@ -112,6 +112,7 @@ class Drive:
             "spot": [self.spot[0], list(self.spot[1])] if self.spot else None,
             "held_since": self.held_since,
             "cancelling": self.cancelling,
+            "steering": self.steering.state(),
         }
 
     @classmethod
@@ -127,6 +128,7 @@ class Drive:
             spot=(state["spot"][0], tuple(state["spot"][1])) if state["spot"] else None,
             held_since=state["held_since"],
             cancelling=state["cancelling"],
+            steering=Steering.from_state(state["steering"]),
         )
 
     # ---- phases --------------------------------------------------------------------------------------------

@@ -83,6 +83,7 @@ class Give:
             "offered_at": self.offered_at if math.isfinite(self.offered_at) else None,
             "worked": self.worked,
             "cancelling": self.cancelling,
+            "steering": self.steering.state(),
             "aside": self.aside.state(),
         }
 
@@ -98,6 +99,7 @@ class Give:
             offered_at=-math.inf if state["offered_at"] is None else state["offered_at"],
             worked=state["worked"],
             cancelling=state["cancelling"],
+            steering=Steering.from_state(state["steering"]),
             aside=StandAside.from_state(state["aside"]),
         )
 

@@ -87,6 +87,7 @@ class Handle:
             "nearest": self.nearest if math.isfinite(self.nearest) else None,
             "nearer_at": self.nearer_at,
             "cancelling": self.cancelling,
+            "steering": self.steering.state(),
         }
 
     @classmethod
@@ -100,6 +101,7 @@ class Handle:
             nearest=math.inf if state["nearest"] is None else state["nearest"],
             nearer_at=state["nearer_at"],
             cancelling=state["cancelling"],
+            steering=Steering.from_state(state["steering"]),
         )
 
     def _duration(self, body: Body) -> float:
@@ -198,6 +200,7 @@ class Place:
             "worked": self.worked,
             "began": self.began,
             "cancelling": self.cancelling,
+            "steering": self.steering.state(),
         }
 
     @classmethod
@@ -211,4 +214,5 @@ class Place:
             worked=state["worked"],
             began=state["began"],
             cancelling=state["cancelling"],
+            steering=Steering.from_state(state["steering"]),
         )

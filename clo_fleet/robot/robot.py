@@ -8,6 +8,7 @@ from typing import Any
 
 from clo_fleet.clo.executive import Executive
 from clo_fleet.clo.messages import Cause
+from clo_fleet.clo.plain import plain_cause, read_cause
 from clo_fleet.clo.plan import Step
 from clo_fleet.errors import CloFleetError
 from clo_fleet.robot.aside import StandAside
@@ -34,6 +35,11 @@ class NoSkillError(CloFleetError):
         super().__init__(f"no skill carries out action {schema!r}; there are {', '.join(sorted(SITE_SKILLS))}")
         self.schema = schema
 
+
+# what a skill's state names -> how it is made from that
+SAVED_SKILLS: Mapping[str, Callable[[Mapping[str, Any]], Skill]] = MappingProxyType(
+    {"drive": Drive.from_state, "handle": Handle.from_state, "place": Place.from_state, "give": Give.from_state}
+)
 
 # action schema -> the skill that carries it out, from the action's arguments after the robot itself
 SITE_SKILLS: Mapping[str, Callable[..., Skill]] = MappingProxyType(
@@ -137,11 +143,20 @@ class Robot:
             "executive": self.executive.state(),
             "skill": self._skill.state() if self._skill else None,
             "factor": self._factor,
-            "cause": asdict(self.cause) if self.cause else None,
+            "cause": plain_cause(self.cause),
             "meters": asdict(self.meters),
             "last": list(self._last),
             "aside": self._aside.state(),
         }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Take up what ``state()`` gave, all but the executive."""
+        self._skill = SAVED_SKILLS[state["skill"]["skill"]](state["skill"]) if state["skill"] else None
+        self._factor = state["factor"]
+        self.cause = read_cause(state["cause"])
+        self.meters = Meters(**state["meters"])
+        self._last = (state["last"][0], state["last"][1])
+        self._aside = StandAside.from_state(state["aside"])
 
     def _measure(self, site: Site, progress: Progress) -> None:
         tick = site.tick

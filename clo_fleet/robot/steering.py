@@ -6,8 +6,9 @@ then; in a doorway it is given.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any, Self
 
 from clo_fleet.sim.paths import Disc
 from clo_fleet.sim.site import Site
@@ -68,7 +69,7 @@ def follow(
 
 @dataclass(slots=True)
 class Steering:
-    """The way to one target in one room. Plain data, but found again rather than saved.
+    """The way to one target in one room.
 
     Attributes:
         line: where the robot was when it looked, and the way from there; empty: none.
@@ -121,6 +122,33 @@ class Steering:
             velocity = (slower * velocity[0], slower * velocity[1])
         return velocity
 
+    def state(self) -> dict[str, Any]:
+        """Plain data; ``None`` stands for what is endless."""
+        return {
+            "line": [list(point) for point in self.line],
+            "target": list(self.target) if math.isfinite(self.target[0]) else None,
+            "onward": list(self.onward) if self.onward else None,
+            "found_at": self.found_at if math.isfinite(self.found_at) else None,
+            "blocked_since": self.blocked_since,
+            "anchor": list(self.anchor) if math.isfinite(self.anchor[0]) else None,
+            "anchored_at": self.anchored_at,
+            "pushes": self.pushes,
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> Self:
+        """The way that ``state()`` was taken from."""
+        return cls(
+            line=[(x, y) for x, y in state["line"]],
+            target=_point(state["target"]) or (math.inf, math.inf),
+            onward=_point(state["onward"]),
+            found_at=-math.inf if state["found_at"] is None else state["found_at"],
+            blocked_since=state["blocked_since"],
+            anchor=_point(state["anchor"]) or (math.inf, math.inf),
+            anchored_at=state["anchored_at"],
+            pushes=state["pushes"],
+        )
+
     def _look(
         self, site: Site, spec: RobotSpec, room: RoomId, here: Point, target: Point, time: float,
         near: float, ignoring: Sequence[str],
@@ -144,6 +172,10 @@ class Steering:
         if wanted < PUSH / 2 or math.dist(here, self.anchor) > PROGRESS or time - self.anchored_at > PATIENCE + PUSHING:
             self.anchor, self.anchored_at = here, time
         self.pushes = time - self.anchored_at > PATIENCE
+
+
+def _point(plain: Sequence[float] | None) -> Point | None:
+    return None if plain is None else (plain[0], plain[1])
 
 
 def _things(site: Site, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:

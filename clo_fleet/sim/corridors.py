@@ -150,6 +150,7 @@ class Corridors:
         self._vehicles: dict[RobotId, _Vehicle] = {}
         self._entered: tuple[RobotId, ...] = ()
         self._known_to_sumo: set[str] = set()
+        self._types: set[str] = set()
         self._routes = Routes(building)
 
     def __enter__(self) -> Self:
@@ -231,8 +232,8 @@ class Corridors:
             if name not in self._known_to_sumo:
                 sumo.route.add(name, route.edges)
                 self._known_to_sumo.add(name)
-            sumo.vehicle.add(robot, name, typeID=VEHICLE_TYPE, depart="now", departPos="base", departSpeed="0")
-            sumo.vehicle.setMaxSpeed(robot, max_speed)
+            of_type = self._give_type(sumo, robot, max_speed)
+            sumo.vehicle.add(robot, name, typeID=of_type, depart="now", departPos="base", departSpeed="0")
             last = route.edges[-1]
             sumo.vehicle.setStop(robot, last, sumo.lane.getLength(_lane(last)), 0, FOR_EVER, 0)
         self._vehicles[robot] = _Vehicle(route, max_speed)
@@ -298,7 +299,7 @@ class Corridors:
         vehicle = self._vehicle(robot)
         _check_speed(max_speed)
         with self._sumo(f"change the speed of robot {robot!r}") as sumo:
-            sumo.vehicle.setMaxSpeed(robot, max_speed)
+            self._give_type(sumo, robot, max_speed)
         vehicle.max_speed = max_speed
 
     def waiting(self) -> dict[RobotId, RobotId | None]:
@@ -378,8 +379,22 @@ class Corridors:
             sumo.vehicletype.copy("DEFAULT_VEHTYPE", VEHICLE_TYPE)
         for name, value in VEHICLE.items():
             getattr(sumo.vehicletype, f"set{name}")(VEHICLE_TYPE, value)
+        self._types = {of_type for of_type in sumo.vehicletype.getIDList() if of_type.startswith(f"{VEHICLE_TYPE}-")}
         for robot, vehicle in self._vehicles.items():
-            sumo.vehicle.setMaxSpeed(robot, vehicle.max_speed)
+            self._give_type(sumo, robot, vehicle.max_speed)
+
+    def _give_type(self, sumo: Any, robot: RobotId, max_speed: float) -> str:
+        """The robot's own vehicle type, with its speed.
+
+        SUMO makes a type of its own as well for a vehicle whose speed is set, but a saved state keeps such types of
+        vehicles that are gone, and after loading it their robots cannot be added again.
+        """
+        of_type = f"{VEHICLE_TYPE}-{robot}"
+        if of_type not in self._types:
+            sumo.vehicletype.copy(VEHICLE_TYPE, of_type)
+            self._types.add(of_type)
+        sumo.vehicletype.setMaxSpeed(of_type, max_speed)
+        return of_type
 
     def _vehicle(self, robot: RobotId) -> _Vehicle:
         if robot not in self._vehicles:

@@ -127,18 +127,15 @@ class Rooms:
     def state(self) -> dict[str, Any]:
         """Everything that changes, as plain data; poses of those who are absent mean nothing."""
         at, velocity, drives = self._at.tolist(), self._velocity.tolist(), self._drives
+        wanted, facing, top = drives.wanted.tolist(), drives.facing.tolist(), drives.top.tolist()
         robots = {
             robot: {
-                "pose": at[body.slot],
-                "velocity": velocity[body.slot],
-                "wanted": drives.wanted[body.slot].tolist(),
-                "facing": drives.facing[body.slot].item(),
-                "max_speed": drives.top[body.slot].item(),
+                "pose": at[n], "velocity": velocity[n], "wanted": wanted[n], "facing": facing[n], "max_speed": top[n],
             }
-            for robot, body in self._robots.items()
-        }
+            for robot, n in ((robot, disc.slot) for robot, disc in self._robots.items())
+        }  # fmt: skip
         items = {
-            obj: {"position": at[item.slot][:2], "velocity": velocity[item.slot], "pusher": self._pusher[obj]}
+            obj: {"pose": at[item.slot], "velocity": velocity[item.slot], "pusher": self._pusher[obj]}
             for obj, item in self._items.items()
         }
         return {"robots": robots, "items": items, "custody": self._custody.state(), "contacts": [*self._contacts]}
@@ -291,19 +288,21 @@ class Rooms:
 
     def _place(self, robots: Mapping[str, Any], items: Mapping[str, Any]) -> None:
         """Bring the discs to where a state has them."""
+        drives = self._drives
         for robot, body in self._robots.items():
-            saved = robots[robot]
-            self._drives.top[body.slot], self._drives.wanted[body.slot] = saved["max_speed"], saved["wanted"]
-            self._drives.facing[body.slot] = saved["facing"]
+            saved, n = robots[robot], body.slot
+            drives.top[n], drives.wanted[n], drives.facing[n] = saved["max_speed"], saved["wanted"], saved["facing"]
+            self._at[n], self._velocity[n] = saved["pose"], saved["velocity"]
             if self._custody.present(robot):
                 self._enter(body, Pose(*saved["pose"]), saved["velocity"])
         for obj, item in self._items.items():
-            carrier, saved = self._custody.carrier(obj), items[obj]
-            self._pusher[obj] = saved["pusher"]
+            carrier, saved, n = self._custody.carrier(obj), items[obj], item.slot
+            self._pusher[obj], self._at[n], self._velocity[n] = saved["pusher"], saved["pose"], saved["velocity"]
             if carrier is None:
-                self._enter(item, Pose(*saved["position"]), saved["velocity"])
+                self._enter(item, Pose(*saved["pose"]), saved["velocity"])
             elif self._custody.present(carrier):
                 self._hook(carrier, obj)
+                self._put(item, Pose(*saved["pose"]), saved["velocity"])
 
     def _enter(self, disc: _Disc, pose: Pose, velocity: Sequence[float] = (0.0, 0.0)) -> None:
         self._space.add(disc.body, disc.shape)
@@ -375,7 +374,7 @@ def _start(robots: Sequence[RobotSpec], objects: Sequence[ObjectSpec]) -> dict[s
     poses = {r.id: {"pose": [r.pose.x, r.pose.y, r.pose.heading], "facing": r.pose.heading} for r in robots}
     return {
         "robots": {r.id: rest | poses[r.id] | {"max_speed": r.max_speed} for r in robots},
-        "items": {o.id: {"position": o.position, "velocity": [0.0, 0.0], "pusher": None} for o in objects},
+        "items": {o.id: {"pose": [*o.position, 0.0], "velocity": [0.0, 0.0], "pusher": None} for o in objects},
         "custody": {"present": list(poses), "cargo": {}},
         "contacts": [0, 0, 0],
     }

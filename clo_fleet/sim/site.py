@@ -13,7 +13,8 @@ what is in which room is noted once a tick, for the many who ask.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
@@ -273,7 +274,7 @@ class Site:
         return entered
 
     def state(self) -> dict[str, Any]:
-        """Who is where, as plain data; the engines' own state comes with theirs."""
+        """Who is where, as plain data; SUMO's half of the traffic is written by ``save_traffic``."""
         return {
             "rooms": self.rooms.state(),
             "doors": self.doors.state(),
@@ -281,7 +282,41 @@ class Site:
             "place": dict(self._place),
             "object_place": {item: [list(at), room] for item, (at, room) in self._object_place.items()},
             "max_speed": dict(self._max_speed),
+            "vehicle": {robot: route.state() for robot, route in self._vehicle.items()},
+            "inserting": {robot: route.state() for robot, route in self._inserting.items()},
         }
+
+    def save_traffic(self, path: Path) -> bool:
+        """Write SUMO's half of the state to a file, ``.xml`` or ``.xml.gz``; ``False``: there is none."""
+        if self._corridors:
+            self._corridors.save(path)
+        return self._corridors is not None
+
+    @classmethod
+    def from_state(
+        cls,
+        building: BuildingMap,
+        robots: Sequence[RobotSpec],
+        objects: Sequence[ObjectSpec],
+        state: Mapping[str, Any],
+        traffic: Path | None,
+        *,
+        seed: int,
+        tick: float,
+    ) -> Self:
+        """The site, not yet entered, that ``state()`` was taken from. ``traffic``: what ``save_traffic`` wrote then."""
+        site = cls(building, robots, objects, seed=seed, tick=tick)
+        site.rooms = Rooms.from_state(building, robots, objects, state["rooms"], tick=tick)
+        site.doors.restore(state["doors"])
+        if traffic is not None:
+            site._corridors = Corridors.from_state(building, state["corridors"], traffic)
+        site._place = dict(state["place"])
+        site._object_place = {item: ((at[0], at[1]), room) for item, (at, room) in state["object_place"].items()}
+        site._max_speed = dict(state["max_speed"])
+        site._vehicle = {robot: Route.from_state(route) for robot, route in state["vehicle"].items()}
+        site._inserting = {robot: Route.from_state(route) for robot, route in state["inserting"].items()}
+        site._note_who_is_where()
+        return site
 
     # ---- private -------------------------------------------------------------------------------------------
 

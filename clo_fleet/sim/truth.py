@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from clo_fleet.clo.messages import Cause, Flip
+from clo_fleet.clo.plain import plain_cause, read_cause
 from clo_fleet.clo.task import Fact
 from clo_fleet.sim.site import Site
 from clo_fleet.world.model import ObjectId, ObjectSpec, Point, RobotId, RobotSpec
@@ -82,16 +83,13 @@ class Truth:
         """What is not derived, as plain data."""
         return {
             "prepared": {item: list(point) if point else None for item, point in sorted(self._prepared.items())},
-            "causes": [
-                [list(fact), [cause.robot, cause.action, cause.event] if cause else None]
-                for fact, cause in sorted(self._causes.items())
-            ],
+            "causes": [[list(fact), plain_cause(cause)] for fact, cause in sorted(self._causes.items())],
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
         self._prepared = {item: (point[0], point[1]) if point else None for item, point in state["prepared"].items()}
-        self._causes = {tuple(fact): Cause(*cause) if cause else None for fact, cause in state["causes"]}
+        self._causes = {tuple(fact): read_cause(cause) for fact, cause in state["causes"]}
         self._facts = self._derive()
 
     def _derive(self) -> frozenset[Fact]:

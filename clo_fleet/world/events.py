@@ -48,7 +48,7 @@ EVENTS_FORMAT = "clo-fleet/events/1"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunStarted:
-    """The first event: what is run."""
+    """The first event: what is run. ``checkpoint_every``: how often the run is saved, which changes it a little [s]."""
 
     format: str
     version: str
@@ -59,6 +59,7 @@ class RunStarted:
     until: float
     robots: tuple[str, ...]
     objects: tuple[str, ...]
+    checkpoint_every: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -342,13 +342,10 @@ def test_rooms_rebuilt_from_a_state_agree_to_the_last_bit() -> None:
 
 
 def test_a_rebuilt_state_is_the_state() -> None:
-    """``from_state`` then ``state`` gives the same data, but for the seats' last micrometres."""
+    """``from_state`` then ``state`` gives the same data, to the last bit, seats included."""
     rooms = Rooms(HALL, *busy())
     bustle(rooms)
-    rebuilt = Rooms.from_state(HALL, *busy(), rooms.state())
-    assert Rooms.from_state(HALL, *busy(), rebuilt.state()).state() == rebuilt.state()
-    assert rebuilt.state()["custody"] == rooms.state()["custody"]
-    assert rebuilt.state()["robots"] == rooms.state()["robots"]
+    assert Rooms.from_state(HALL, *busy(), rooms.state()).state() == rooms.state()
 
 
 def test_equal_calls_give_equal_poses_whatever_the_hash_seed() -> None:
