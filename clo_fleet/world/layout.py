@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from clo_fleet.world.free_spots import in_the_way
 from clo_fleet.world.model import (
     BuildingMap,
     Corridor,
@@ -35,8 +36,6 @@ DOOR_WIDTH = 1.8  # [m]; at 1.6 robots pass both ways at once
 SPUR = 3.5  # [m] from the node to the door: a doorway of 1.2, a junction of 1, and a lane that holds a robot
 SPOT_GAP = 1.0  # [m] between spots: two robots of radius 0.3 and another's hand between them
 SPOT_INSET = 0.5  # [m] from the walls
-DOORWAY_DEPTH = 1.7  # [m] inside a door that stays free
-DOORWAY_SIDE = 0.4  # [m] beside a door that stays free
 MAX_SPOTS = 16  # a room
 
 
@@ -155,7 +154,7 @@ def _spots(room: Room, doors: list[Door]) -> list[Pose]:
         steps = max(1, int(math.dist(a, b) / SPOT_GAP + 1e-9))
         for step in range(steps):
             x, y = a[0] + (b[0] - a[0]) * step / steps, a[1] + (b[1] - a[1]) * step / steps
-            if not any(_in_the_way(door, (x, y)) for door in doors):
+            if not any(in_the_way(door, (x, y)) for door in doors):
                 heading = math.atan2(middle[1] - y, middle[0] - x)
                 found.append(Pose(*_rounded((x, y)), round(heading, 3)))
     if len(found) > MAX_SPOTS:
@@ -172,13 +171,6 @@ def _inwards(corner: Point, outline: tuple[Point, ...]) -> Point:
         reach = SPOT_INSET / math.dist(corner, other)
         x, y = x + reach * (other[0] - corner[0]), y + reach * (other[1] - corner[1])
     return (x, y)
-
-
-def _in_the_way(door: Door, point: Point) -> bool:
-    """Whether who stands at the point is in the way of a door."""
-    dx, dy = point[0] - door.position[0], point[1] - door.position[1]
-    cos, sin = math.cos(door.heading), math.sin(door.heading)
-    return abs(dx * cos + dy * sin) < DOORWAY_DEPTH and abs(dy * cos - dx * sin) < door.width / 2 + DOORWAY_SIDE
 
 
 def _rounded(point: Point) -> Point:

@@ -22,6 +22,7 @@ __all__ = [
     "connected_rooms",
     "reachable_rooms",
     "room_at",
+    "round_trips",
     "travel_time",
     "zones",
 ]
@@ -143,6 +144,30 @@ def reachable_rooms(building: BuildingMap, starts: Iterable[RoomId]) -> dict[Roo
 
     Linear in the building for each start, where pairs of rooms may be quadratic.
     """
+    graph = _building_graph(building)
+    rooms = {("room", str(room.id)): room.id for room in building.rooms}
+    return {
+        start: frozenset({start, *(rooms[node] for node in nx.descendants(graph, ("room", start)) if node in rooms)})
+        for start in sorted(set(starts))
+    }
+
+
+def round_trips(building: BuildingMap) -> tuple[frozenset[RoomId], ...]:
+    """The rooms in parts: within a part one gets from any room to any other. Linear in the building."""
+    rooms = {("room", str(room.id)): room.id for room in building.rooms}
+    parts = nx.strongly_connected_components(_building_graph(building))
+    return tuple(
+        frozenset(rooms[node] for node in part if node in rooms) for part in parts if not part.isdisjoint(rooms)
+    )
+
+
+def room_at(building: BuildingMap, point: Point) -> RoomId | None:
+    """The room that the point lies in, the first one for a point on a common wall; ``None`` outside of all."""
+    return next((room.id for room in building.rooms if covers(room.outline, point)), None)
+
+
+def _building_graph(building: BuildingMap) -> "nx.DiGraph[Node]":
+    """All that leads anywhere: rooms, both sides of doors, and junctions."""
     doors = {door.id: door for door in building.doors}
     graph = _zone_graph(building.corridors, doors)
     for door in building.doors:
@@ -152,16 +177,7 @@ def reachable_rooms(building: BuildingMap, starts: Iterable[RoomId]) -> dict[Roo
         if len(door.rooms) == 2:
             graph.add_edge(("exit", door.id), ("entry", door.id))
     graph.add_nodes_from(("room", room.id) for room in building.rooms)
-    rooms = {("room", str(room.id)): room.id for room in building.rooms}
-    return {
-        start: frozenset({start, *(rooms[node] for node in nx.descendants(graph, ("room", start)) if node in rooms)})
-        for start in sorted(set(starts))
-    }
-
-
-def room_at(building: BuildingMap, point: Point) -> RoomId | None:
-    """The room that the point lies in, the first one for a point on a common wall; ``None`` outside of all."""
-    return next((room.id for room in building.rooms if covers(room.outline, point)), None)
+    return graph
 
 
 def _zone_graph(corridors: Iterable[Corridor], doors: Mapping[DoorId, Door]) -> "nx.DiGraph[Node]":

@@ -1,4 +1,4 @@
-"""Buildings made from the command line."""
+"""Buildings and worlds made from the command line."""
 
 from pathlib import Path
 
@@ -27,3 +27,16 @@ def test_what_cannot_be_made_is_said(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["make-map", "line", "-o", str(tmp_path)]) == 0
     assert main(["make-map", "line", "-o", str(tmp_path)]) == 2
     assert "nothing was overwritten" in capsys.readouterr().err
+
+
+def test_a_made_world_runs_on_a_made_map(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From nothing to goals that are reached, in three commands."""
+    world = str(tmp_path / "worlds" / "drawn.yaml")
+    assert main(["make-map", "line", "--rooms", "3", "--two-lane", "-o", str(tmp_path / "maps")]) == 0
+    words = ["make-world", str(tmp_path / "maps" / "line-3.yaml"), "--robots", "2", "--objects", "3", "-o", world]
+    assert main([*words, "--seed", "4"]) == 0
+    assert "2 robots, 3 objects" in capsys.readouterr().out
+    assert main(words) == 2
+    assert "nothing was overwritten" in capsys.readouterr().err
+    assert main(["validate", world]) == 0
+    assert main(["run", world, "--out", str(tmp_path / "run")]) == 0

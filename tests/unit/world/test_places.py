@@ -20,7 +20,7 @@ from clo_fleet.world.model import (
     RoomId,
 )
 from clo_fleet.world.outlines import centroid, length
-from clo_fleet.world.places import Way, Ways, connected_rooms, reachable_rooms, room_at, travel_time, zones
+from clo_fleet.world.places import Way, Ways, connected_rooms, reachable_rooms, room_at, round_trips, travel_time, zones
 
 
 def room_id(name: str) -> RoomId:
@@ -112,6 +112,11 @@ def test_of_two_ways_the_quicker_counts() -> None:
 def test_reachable_rooms_lie_at_any_distance_but_not_against_one_way_corridors() -> None:
     """From a everything, from d nothing else."""
     assert reachable_rooms(BUILDING, [room_id("b"), room_id("d")]) == {"b": {"a", "b", "c", "d"}, "d": {"d"}}
+
+
+def test_rooms_come_in_parts_of_round_trips() -> None:
+    """What one reaches but cannot leave again is a part of its own."""
+    assert set(round_trips(BUILDING)) == {frozenset({"a", "b", "c"}), frozenset({"d"})}
 
 
 def test_a_point_is_in_the_room_that_covers_it() -> None:
