@@ -8,6 +8,7 @@ from typing import Protocol
 
 from clo_fleet import __version__
 from clo_fleet.commands import (
+    batch,
     build_network,
     compare,
     explain,
@@ -16,6 +17,7 @@ from clo_fleet.commands import (
     make_map,
     make_world,
     paper,
+    query,
     run,
     schema,
     study_repair,
@@ -42,6 +44,8 @@ class _Subcommand(Protocol):
 _SUBCOMMANDS: dict[str, _Subcommand] = {
     "run": run,
     "compare": compare,
+    "batch": batch,
+    "query": query,
     "validate": validate,
     "make-map": make_map,
     "make-world": make_world,

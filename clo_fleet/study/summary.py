@@ -10,7 +10,7 @@ from rich.table import Table
 from clo_fleet.fleet.outcome import ADVICE
 from clo_fleet.study.result import RunResult
 
-__all__ = ["comparison", "show", "summary"]
+__all__ = ["comparison", "plain_table", "show", "summary"]
 
 
 def show(content: RenderableType) -> None:
@@ -60,6 +60,17 @@ def comparison(results: Sequence[RunResult]) -> RenderableType:
             f"{1000 * sum(robot.wall_planning_s for robot in robots):.0f}",
             f"{1000 * sum(robot.wall_deciding_s for robot in robots):.1f}",
         )
+    return table
+
+
+def plain_table(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> RenderableType:
+    """Any values under any names; numbers to the right."""
+    table = _table("")
+    numeric = [all(isinstance(row[index], int | float) for row in rows) for index in range(len(columns))]
+    for name, number in zip(columns, numeric, strict=True):
+        table.add_column(name, justify="right" if number else "left")
+    for row in rows:
+        table.add_row(*(f"{value:g}" if isinstance(value, float) else str(value) for value in row))
     return table
 
 

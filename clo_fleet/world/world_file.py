@@ -27,8 +27,10 @@ Only ``format``, ``map`` and ``robots`` are required. The map is named relative 
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from types import MappingProxyType
 
 from clo_fleet.clo.task import parse_fact
+from clo_fleet.world.changes import changed
 from clo_fleet.world.faults import Fault, FileFaultsError, Finding
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.model import (
@@ -65,23 +67,28 @@ from clo_fleet.world.world_sections import (
     SkillsSection,
     WorldSection,
 )
-from clo_fleet.world.yaml_file import read_yaml
+from clo_fleet.world.yaml_file import Value, read_yaml
 
 __all__ = ["WORLD_FORMAT", "read_world", "world_schema"]
 
 WORLD_FORMAT = "clo-fleet/world/1"
+NO_CHANGES: Mapping[str, Value] = MappingProxyType({})
 
 Key = tuple[str, str]
 Stand = tuple[RoomId, Pose]
 
 
-def read_world(path: Path) -> World:
+def read_world(path: Path, changes: Mapping[str, Value] = NO_CHANGES) -> World:
     """The world that the file describes, on its map, checked: its goals name what exists and can be reached.
+
+    Args:
+        path: the file.
+        changes: values to read in place of the file's (see ``world/changes.py``).
 
     Raises:
         FileFaultsError: with everything that is wrong with the file, then with its map.
     """
-    parsed = parse(read_yaml(path), WorldSection, {"format": WORLD_FORMAT, "map": "-", "robots": {}})
+    parsed = parse(changed(read_yaml(path), changes), WorldSection, {"format": WORLD_FORMAT, "map": "-", "robots": {}})
     building, map_faults, findings = _map(parsed, path)
     sections = parsed.sections
     stands = _stands(sections, building)
