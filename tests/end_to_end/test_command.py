@@ -12,6 +12,10 @@ import pytest
 from clo_fleet import __version__
 
 ROOT = Path(__file__).resolve().parents[2]
+COMMANDS = (
+    *("run", "compare", "validate", "import-map", "build-network", "init", "schema"),
+    *("explain", "paper", "study-repair", "batch", "query"),
+)
 Command = Callable[..., subprocess.CompletedProcess[str]]
 
 
@@ -45,7 +49,7 @@ def test_help_names_every_command_and_imports_no_engine(clo_fleet: Command) -> N
     """Asking for help must be quick: nothing heavy is loaded for it."""
     done = clo_fleet("--help", python=("-X", "importtime"))
     assert done.returncode == 0
-    for command in ("run", "compare", "validate", "import-map", "build-network", "init", "schema", "explain", "paper", "batch", "query"):
+    for command in COMMANDS:
         assert f"\n    {command}" in done.stdout
     loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in done.stderr.splitlines()}
     assert not loaded & {"pymunk", "libsumo", "unified_planning", "networkx", "numpy", "shapely", "pydantic", "rich"}

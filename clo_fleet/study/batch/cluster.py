@@ -18,7 +18,7 @@ from clo_fleet.study.batch.spec import Limits
 
 __all__ = ["ClusterError", "on_cluster"]
 
-PATIENCE = "20s"
+PATIENCE = 20.0  # [s] for the scheduler to answer
 
 
 class ClusterError(CloFleetError):
@@ -33,7 +33,7 @@ class ClusterError(CloFleetError):
         self.address = address
 
 
-def on_cluster(address: str) -> Executor:
+def on_cluster(address: str, patience: float = PATIENCE) -> Executor:
     """Runs on the cluster whose scheduler has this address, such as ``tcp://10.0.0.7:8786``.
 
     Raises (when runs are asked for):
@@ -48,7 +48,7 @@ def on_cluster(address: str) -> Executor:
         dask: Any = distributed  # which is not typed
         folder = folder.resolve()
         try:
-            client = dask.Client(address, timeout=PATIENCE, set_as_default=False)
+            client = dask.Client(address, timeout=patience)
         except (OSError, ValueError) as error:
             raise ClusterError(address, str(error)) from error
         with client:
