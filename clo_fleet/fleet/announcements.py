@@ -16,7 +16,9 @@ from clo_fleet.clo.plain import plain_conditions, plain_facts, plain_plan, read_
 from clo_fleet.clo.plan import Plan
 from clo_fleet.clo.repair import Repaired, repair
 from clo_fleet.clo.task import Condition, Fact
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import ObjectId, RobotId
+from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["Announcement", "Meeting", "meeting_places", "promises"]
 
@@ -90,21 +92,24 @@ def promises(announcements: Iterable[Announcement]) -> frozenset[Fact]:
     return frozenset(promised)
 
 
-def meeting_places(other: Announcement, gifts: Iterable[ObjectId]) -> tuple[Meeting, ...]:
+def meeting_places(other: Announcement, gifts: Iterable[ObjectId], words: Vocabulary) -> tuple[Meeting, ...]:
     """Where ``other`` can be met to be given ``gifts``, in the order of its plan."""
-    with_gifts = {("holding", other.robot, item) for item in gifts}
-    state = {fact for fact in other.beliefs if not (fact[0] == "at-object" and fact[1] in set(gifts))} | with_gifts
+    given = frozenset(gifts)
+    in_hand = {fact for item in given for fact in words.facts(SensorKind.HOLDING, other.robot, item)}
+    lies = {fact for fact in other.beliefs if given.issuperset(words.read(fact, SensorKind.POSITION)[:1] or ("",))}
+    state = other.beliefs - lies | in_hand
     found = repair(state, other.plan, other.goals)
     plan = found.plan if isinstance(found, Repaired) else other.plan
-    return _meetings(other, plan) or _meetings(other, other.plan)
+    return _meetings(other, plan, words) or _meetings(other, other.plan, words)
 
 
-def _meetings(other: Announcement, plan: Plan) -> tuple[Meeting, ...]:
+def _meetings(other: Announcement, plan: Plan, words: Vocabulary) -> tuple[Meeting, ...]:
     """Where the plan takes the robot; where it is now counts only if it has something left to do there."""
     leaves: dict[str, float] = {}
     place, present, busy, spent = other.place, not other.moving, False, 0
     for step in plan:
-        towards = next((fact[2] for fact in step.action.adds if fact[:2] == ("at-robot", other.robot)), None)
+        ends = (words.read(fact, SensorKind.PLACE) for fact in sorted(step.action.adds))
+        towards = next((end[1] for end in ends if end[:1] == (other.robot,)), None)
         if towards is None:
             busy = True
         else:

@@ -50,8 +50,9 @@ from clo_fleet.robot.senses import Senses, consequences, heeded
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.events import Recorder, credit
-from clo_fleet.world.model import PlaceId, RobotId, World
+from clo_fleet.world.model import ObjectId, PlaceId, RobotId, World
 
 __all__ = ["Conversation"]
 
@@ -75,6 +76,7 @@ class Conversation:
         self._world = world
         self._site = site
         self._truth = truth
+        self._words = truth.words
         self._robots = robots
         self._recorder = recorder
         self._radio = RadioChannel(world.radio, seed=world.seed)
@@ -86,7 +88,7 @@ class Conversation:
 
         A robot that is to hand something to another has to know where the other will come by.
         """
-        givers = [robot for robot in self._robots.values() if _gifts(robot)]
+        givers = [robot for robot in self._robots.values() if self._gifts(robot)]
         for wave in ([robot for robot in self._robots.values() if robot not in givers], givers):
             for robot in wave:
                 self._tell(robot, Begin(self.time))
@@ -112,7 +114,7 @@ class Conversation:
             beliefs = robot.executive.beliefs
             watch = robot.executive.watch
             seen = self.senses.sight(robot.id, beliefs, watch, self.time)
-            fresh = heeded(consequences(seen, beliefs), beliefs, watch, robot.id)
+            fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
             own = self._effects(robot)
@@ -126,12 +128,13 @@ class Conversation:
             inbox = self._inbox[robot.id]
             inbox += [OfferEnded(self.time, offer) for offer in self.offers.ended(robot.id)]
             for offer in self.offers.untold(robot.id):
-                place = ("at-robot", robot.id, str(offer.place))
+                words = self._words
+                there = words.facts(SensorKind.PLACE, robot.id, str(offer.place))
                 gift = (
-                    Flip(("holding", robot.id, offer.item), True),
-                    Flip(("holding", offer.giver, offer.item), False),
+                    *(Flip(fact, True) for fact in words.facts(SensorKind.HOLDING, robot.id, offer.item)),
+                    *(Flip(fact, False) for fact in words.facts(SensorKind.HOLDING, offer.giver, offer.item)),
                 )
-                inbox.append(Offered(self.time, offer.id, offer.giver, gift, (Condition(place),)))
+                inbox.append(Offered(self.time, offer.id, offer.giver, gift, tuple(map(Condition, there))))
 
     def serve(self) -> None:
         """Tell the executives what happened, and let the planner answer, until nobody has a question left.
@@ -176,13 +179,13 @@ class Conversation:
     def _hear(self, robot: Robot, flips: list[Flip]) -> None:
         """Believe what was heard of things that the robot watches and does not see for itself."""
         beliefs = robot.executive.beliefs
-        told = consequences({flip.fact: flip.value for flip in flips}, beliefs)
+        told = consequences({flip.fact: flip.value for flip in flips}, beliefs, self._words)
         causes = {flip.fact: flip.cause for flip in flips}
-        fresh = heeded(told, beliefs, robot.executive.watch, robot.id)
+        fresh = heeded(told, beliefs, robot.executive.watch, robot.id, self._words)
         flips = [
             Flip(fact, value, causes.get(fact) or self._truth.cause(fact))
             for fact, value in fresh.items()
-            if fact[0] != "at-robot"
+            if not self._words.read(fact, SensorKind.PLACE)
         ]
         self._learn(robot, tuple(flips), "radio")
 
@@ -209,7 +212,7 @@ class Conversation:
         return tuple(
             Flip(fact, value, robot.cause)
             for fact, value in sorted(facts.items())
-            if fact[0] != "at-robot" and (fact in self._truth.facts) is value
+            if self._words.told(fact) and (fact in self._truth.facts) is value
         )
 
     # ---- announcing ----------------------------------------------------------------------------------------
@@ -223,7 +226,7 @@ class Conversation:
             robot=robot.id,
             place=self._site.place(robot.id),
             plan=tuple(step for step in executive.plan if step.id not in executive.suspended),
-            moving=running is not None and running.action.schema == "move",
+            moving=running is not None and self._words.is_drive(running.action.schema),
             goals=executive.goals,
             beliefs=executive.beliefs,
             in_hand=self._site.rooms.carried(robot.id),
@@ -242,25 +245,37 @@ class Conversation:
         """What an announcement of another robot means to this one."""
         known = [other for other in self._announced.values() if other.robot != robot.id]
         self._inbox[robot.id].append(Promised(self.time, promises(known)))
-        in_hand = (("holding", announcement.robot, item) for item in announcement.in_hand)
+        robot_, items = announcement.robot, announcement.in_hand
+        in_hand = (fact for item in items for fact in self._words.facts(SensorKind.HOLDING, robot_, item))
         self._hear(robot, [Flip(fact, True) for fact in in_hand if fact not in robot.executive.beliefs])
         needed = {need.fact for step in robot.executive.plan for need in step.action.needs}
         self._learn(robot, tuple(flip for flip in self._meets(robot) if flip.fact in needed), "radio")
 
     def _meets(self, robot: Robot) -> tuple[Flip, ...]:
         """How the places to meet others, as announced, differ from what a giver believes."""
+        words = self._words
         now: set[Fact] = {
-            ("meets", other, meeting.place)
-            for other, gifts in _gifts(robot).items()
+            fact
+            for other, gifts in self._gifts(robot).items()
             if other in self._announced
-            for meeting in meeting_places(self._announced[other], gifts)
+            for meeting in meeting_places(self._announced[other], gifts, words)
             if self._site.is_room(PlaceId(meeting.place))
             and meeting.until >= self.questions.earliest(robot.id, robot.executive.beliefs, gifts, meeting.place)
+            for fact in words.facts(SensorKind.MEETS, other, meeting.place)
         }
-        believed = {fact for fact in robot.executive.beliefs if fact[0] == "meets"}
-        here = str(self._site.place(robot.id))
-        now |= {fact for fact in believed if fact[2] == here and self._site.place(RobotId(fact[1])) == here}
-        return tuple(Flip(fact, fact in now) for fact in sorted(now ^ believed))
+        believed = {fact: about for fact in robot.executive.beliefs if (about := words.read(fact, SensorKind.MEETS))}
+        here = self._site.place(robot.id)
+        now |= {fact for fact, (other, at) in believed.items() if at == here == self._site.place(RobotId(other))}
+        return tuple(Flip(fact, fact in now) for fact in sorted(now ^ believed.keys()))
+
+    def _gifts(self, robot: Robot) -> dict[RobotId, list[ObjectId]]:
+        """What the robot is to bring into the hands of others, by the other."""
+        gifts: dict[RobotId, list[ObjectId]] = {}
+        for goal in robot.spec.goals:
+            taker, item = self._words.read(goal, SensorKind.HOLDING) or (robot.id, "")
+            if taker != robot.id:
+                gifts.setdefault(RobotId(taker), []).append(ObjectId(item))
+        return gifts
 
     # ---- telling and obeying -------------------------------------------------------------------------------
 
@@ -284,7 +299,7 @@ class Conversation:
         match command:
             case StartAction(step):
                 started = self._record(events.ActionStarted(robot.id, step.id, step.action.name))
-                robot.begin(step, started, self._world.skills)
+                robot.begin(step, started, self._words, self._world.skills)
             case CancelAction():
                 robot.cancel()
             case AskPlan(why):
@@ -339,12 +354,3 @@ def _in_order(time: float, inbox: list[Event]) -> list[Event]:
     rest = [event for event in inbox if not isinstance(event, Observed | Promised)]
     news = [Observed(time, flips, promised[-1] if promised else None)] if flips or promised else []
     return [*news, *rest]
-
-
-def _gifts(robot: Robot) -> dict[RobotId, list[Any]]:
-    """What the robot is to bring into the hands of others, by the other."""
-    gifts: dict[RobotId, list[Any]] = {}
-    for goal in robot.spec.goals:
-        if goal[0] == "holding" and goal[1] != robot.id:
-            gifts.setdefault(RobotId(goal[1]), []).append(goal[2])
-    return gifts

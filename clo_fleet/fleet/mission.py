@@ -42,6 +42,7 @@ from clo_fleet.world import events
 from clo_fleet.world.chance import varied
 from clo_fleet.world.events import EVENTS_FORMAT, Recorder, credit
 from clo_fleet.world.model import ObjectMoved, Pose, RobotId, RobotSpec, World
+from clo_fleet.world.vocabulary import vocabulary
 
 __all__ = ["TICK", "Mission", "RobotView"]
 
@@ -93,7 +94,8 @@ class Mission:
         self._strategy = strategy
         self._recorder = recorder
         self._checkpoint_every = checkpoint_every
-        self._questions = Questions(world, planners)
+        self._words = vocabulary(world)
+        self._questions = Questions(world, self._words, planners)
         self._make(saved)
 
     def _make(self, saved: Saved | None) -> None:
@@ -108,7 +110,7 @@ class Mission:
             if saved and state
             else Site(world.map, world.robots, world.objects, seed=world.seed, tick=TICK)
         )
-        self._truth = Truth(self._site, world.robots, world.objects)
+        self._truth = Truth(self._site, self._words)
         self._avoidance = Avoidance()
         specs = sorted(world.robots, key=lambda spec: spec.id)
         self._robots = {spec.id: self._robot(spec, state["robots"][spec.id] if state else None) for spec in specs}
@@ -132,7 +134,7 @@ class Mission:
                 self._site.slow(spec.id, varied(spec.max_speed, spread, world.seed, f"{spec.id}/speed"))
 
     def _robot(self, spec: RobotSpec, state: Mapping[str, Any] | None) -> Robot:
-        actions = Repertoire(spec.id, self._questions.scene, self._questions.domain)
+        actions = Repertoire(spec.id, self._questions.scene)
         if state is None:
             executive = Executive(self._strategy, self._truth.facts, goals_of(spec.goals), actions)
             return Robot(spec, executive, seed=self.world.seed)

@@ -25,10 +25,10 @@ from clo_fleet.planning.planner import (
 )
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.problem import Scene, planning_task
+from clo_fleet.world.binding import SensorKind, SkillKind
 from clo_fleet.world.model import RobotId, World
-from clo_fleet.world.pddl import fleet_domain
 from clo_fleet.world.places import travel_time
-from clo_fleet.world.schemas import Domain
+from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["Desk", "Questions", "Reply"]
 
@@ -82,15 +82,15 @@ class Questions:
         planners: planners to ask, which are left to whoever made them; without any that suit the world, it has its own.
         desks: what each robot's questions have cost.
         wall_limited: whether some answer depended on the machine's speed.
-        domain, scene: what stays the same from one question to the next.
+        scene: what stays the same from one question to the next.
     """
 
     world: World
+    words: Vocabulary
     planners: PlannerPool | None = None
     desks: dict[RobotId, Desk] = field(init=False)
     wall_limited: bool = False
     _pool: PlannerPool = field(init=False, repr=False)
-    domain: Domain = field(init=False, repr=False)
     scene: Scene = field(init=False, repr=False)
     _graph: Any = field(init=False, repr=False)
     _ways: dict[str, dict[str, float]] = field(default_factory=dict, repr=False)
@@ -100,15 +100,14 @@ class Questions:
     def __post_init__(self) -> None:
         world = self.world
         self.desks = {spec.id: Desk() for spec in world.robots}
-        self.domain = fleet_domain()
-        own = PlannerPool(self.domain, wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit)
+        own = PlannerPool(
+            self.words.domain, wall_limit=world.planning.wall_limit, memory_limit=world.planning.memory_limit
+        )
         if self.planners is not None and not self.planners.like(own):
             self.planners = None
         self._pool = self.planners or own
         self.scene = Scene(
-            robots=tuple(sorted(spec.id for spec in world.robots)),
-            items=tuple(sorted(spec.id for spec in world.objects)),
-            rooms=tuple(sorted(room.id for room in world.map.rooms)),
+            words=self.words,
             travel={pair: max(1, round(seconds * TENTHS)) for pair, seconds in travel_time(world.map).items()},
             skills=world.skills,
         )
@@ -130,22 +129,17 @@ class Questions:
 
     def ask(self, robot: RobotId, state: frozenset[Fact], goals: Iterable[Fact], time: float) -> None:
         """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""
-        meets = sorted(fact for fact in state if fact[0] == "meets")
         self._asked[robot] = time
-        self._pool.submit(robot, planning_task(robot, self.scene, state, goals, meets))
+        self._pool.submit(robot, planning_task(robot, self.scene, state, goals))
 
     def earliest(self, robot: RobotId, state: frozenset[Fact], items: Iterable[str], place: str) -> float:
         """The least that it costs ``robot`` to bring one of ``items`` to ``place`` [0.1 s], as it believes."""
-        here = next((fact[2] for fact in state if fact[:2] == ("at-robot", robot)), place)
+        here = self._where(state, SensorKind.PLACE, robot) or place
         costs = []
         for item in items:
-            lies = next((fact[2] for fact in state if fact[:2] == ("at-object", item)), None)
-            if lies is None:
-                costs.append(self._travel(here, place))
-                continue
-            prepare = 0 if ("prepared", item) in state else round(self.world.skills.prepare * TENTHS)
-            handling = prepare + round(self.world.skills.grasp * TENTHS)
-            costs.append(self._travel(here, lies) + handling + self._travel(lies, place))
+            lies = self._where(state, SensorKind.POSITION, item)
+            handling = 0.0 if lies is None else self._handling(state, item)
+            costs.append(self._travel(here, lies or here) + handling + self._travel(lies or here, place))
         return min(costs, default=0.0)
 
     def due(self, time: float) -> tuple[Reply, ...]:
@@ -178,9 +172,36 @@ class Questions:
         for robot, desk in self.desks.items():
             desk.wall_seconds = seconds[robot]
 
+    def _where(self, state: frozenset[Fact], kind: SensorKind, name: str) -> str | None:
+        """Where the robot or object is believed to be."""
+        about = (self.words.read(fact, kind) for fact in sorted(state))
+        return next((at[1] for at in about if at and at[0] == name), None)
+
+    def _handling(self, state: frozenset[Fact], item: str) -> int:
+        """The least that it costs to take the object up: the grasp, and what its effects still lack [0.1 s]."""
+        words = self.words
+        costs = []
+        for schema in words.schemas(SkillKind.GRASP):
+            variable = words.variable(schema.name, "object")
+            lacks = [
+                n.fact for n in schema.needs if n.positive and n.fact[1:] == (variable,) and words.is_effect(n.fact)
+            ]
+            before = [self._cheapest(fact[0]) for fact in lacks if (fact[0], item) not in state]
+            costs.append(self._duration(schema.name) + sum(before))
+        return min(costs, default=0)
+
+    def _cheapest(self, predicate: str) -> int:
+        """The least that it costs to bring such an effect about [0.1 s]."""
+        schemas = self.words.domain.schemas
+        makers = (schema.name for schema in schemas if any(effect[0] == predicate for effect in schema.adds))
+        return min(map(self._duration, makers), default=0)
+
+    def _duration(self, schema: str) -> int:
+        return round(self.words.duration(schema, self.world.skills) * TENTHS)
+
     def _travel(self, start: str, goal: str) -> float:
         """The cost of the way, over other rooms if it must be; a lower bound where the start is a zone."""
-        if start == goal or start not in self.scene.rooms:
+        if start == goal or start not in self.words.names.rooms:
             return 0.0
         if start not in self._ways:
             self._ways[start] = nx.single_source_dijkstra_path_length(self._graph, start)

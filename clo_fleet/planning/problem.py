@@ -14,8 +14,10 @@ from dataclasses import dataclass
 
 from clo_fleet.clo.task import Fact, State, fact_text
 from clo_fleet.errors import CloFleetError
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import SkillSettings
 from clo_fleet.world.schemas import OBJECT, Domain, bind
+from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["PlanningTask", "PlanningTaskError", "Scene", "check", "planning_task"]
 
@@ -60,21 +62,19 @@ class Scene:
     """What stays the same from one plan to the next.
 
     Attributes:
-        robots, items, rooms: all there are.
+        words: the domain, and its words for what is in the building.
         travel: how long the way from one place to the next takes [0.1 s], for each pair of rooms that share a door
-            or a zone, and from each zone to its rooms. A place that is no room is a zone.
+            or a zone, and from each zone to its rooms.
         skills: how long the skills take.
     """
 
-    robots: tuple[str, ...]
-    items: tuple[str, ...]
-    rooms: tuple[str, ...]
+    words: Vocabulary
     travel: Mapping[tuple[str, str], int]
     skills: SkillSettings
 
 
 def planning_task(
-    robot: str, scene: Scene, beliefs: State, goals: Iterable[Fact], meets: Iterable[Fact] = ()
+    robot: str, scene: Scene, beliefs: State, goals: Iterable[Fact], given: Iterable[Fact] = ()
 ) -> PlanningTask:
     """What ``robot`` asks the planner of the fleet's domain.
 
@@ -86,26 +86,23 @@ def planning_task(
         scene: the building, and who and what is in it.
         beliefs: the facts that the robot believes true.
         goals: the facts that it is to bring about.
-        meets: the facts ``(meets q l)`` from the announced plans; its own are left out.
+        given: what else is true and changed by no action, as where others can be met; its own meetings are left out.
     """
-    zones = {start for start, _ in scene.travel} - set(scene.rooms)
-    here = sorted(zone for zone in zones if ("at-robot", robot, zone) in beliefs)
-    elsewhere = zones.difference(here)
+    words = scene.words
+    zones = sorted({start for start, _ in scene.travel}.difference(words.names.rooms))
+    here = [zone for zone in zones if not beliefs.isdisjoint(words.facts(SensorKind.PLACE, robot, zone))]
+    elsewhere = frozenset(zones).difference(here)
     travel = {pair: cost for pair, cost in scene.travel.items() if pair[0] not in elsewhere}
-    static: set[Fact] = {("self", robot)}
-    static |= {("room", room) for room in scene.rooms}
-    static |= {("connected", start, end) for start, end in travel}
-    static |= {fact for fact in meets if fact[1:2] != (robot,)}
-    skills = scene.skills
-    seconds = {"prepare": skills.prepare, "grasp": skills.grasp, "place": skills.place, "give": skills.give}
-    costs: dict[Fact, int] = {(f"{name}-time",): round(time * TENTHS_PER_SECOND) for name, time in seconds.items()}
-    costs |= {("travel-time", *pair): time for pair, time in travel.items()}
+    static = {*words.given, *words.facts(SensorKind.SELF, robot)}
+    static.update(fact for room in words.names.rooms for fact in words.facts(SensorKind.ROOM, room))
+    static.update(fact for pair in travel for fact in words.facts(SensorKind.CONNECTED, *pair))
+    static.update(fact for fact in given if words.read(fact, SensorKind.MEETS)[:1] != (robot,))
     return PlanningTask(
         robot=robot,
-        objects=(("robot", scene.robots), ("item", scene.items), ("place", (*scene.rooms, *here))),
+        objects=words.objects(here),
         facts=frozenset(fact for fact in beliefs if elsewhere.isdisjoint(fact[1:])) | static,
         goals=tuple(goals),
-        costs=tuple(sorted(costs.items())),
+        costs=tuple(sorted(_costs(scene, travel).items())),
     )
 
 
@@ -118,6 +115,20 @@ def check(task: PlanningTask, domain: Domain) -> None:
     faults = tuple(_faults(task, domain))
     if faults:
         raise PlanningTaskError(task.robot, faults)
+
+
+def _costs(scene: Scene, travel: Mapping[tuple[str, str], int]) -> dict[Fact, int]:
+    """What the cost terms of the domain's actions are worth: ways what they take, other skills their duration."""
+    costs: dict[Fact, int] = {}
+    for schema in scene.words.domain.schemas:
+        if isinstance(schema.cost, int):
+            continue
+        if scene.words.is_drive(schema.name):
+            costs |= {(schema.cost[0], *pair): time for pair, time in travel.items()}
+        else:
+            seconds = scene.words.duration(schema.name, scene.skills)
+            costs[schema.cost[0],] = round(seconds * TENTHS_PER_SECOND)
+    return costs
 
 
 def _faults(task: PlanningTask, domain: Domain) -> Iterator[str]:

@@ -11,6 +11,7 @@ from itertools import product
 from clo_fleet.clo.operators import Operators
 from clo_fleet.clo.task import Action, Condition, Fact, State
 from clo_fleet.planning.problem import Scene, planning_task
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.schemas import EQUALS, Domain, Schema, bind
 
 __all__ = ["Repertoire", "ground_actions"]
@@ -22,24 +23,25 @@ class Repertoire:
 
     robot: str
     scene: Scene
-    domain: Domain
     _key: frozenset[object] | None = field(default=None, repr=False)
     _operators: Operators | None = field(default=None, repr=False)
 
     def operators(self, state: State, goals: tuple[Condition, ...]) -> Operators:
         """All that the robot can do with what there is, and with the meetings that it believes in."""
-        given = frozenset(fact for fact in state if fact[0] in self.domain.exogenous)
+        given = frozenset(fact for fact in state if fact[0] in self.scene.words.domain.exogenous)
         key: frozenset[object] = given | frozenset(goals)
         if self._operators is None or key != self._key:
             self._key = key
-            self._operators = Operators(ground_actions(self.robot, self.scene, self.domain, given), goals)
+            self._operators = Operators(ground_actions(self.robot, self.scene, given), goals)
         return self._operators
 
 
-def ground_actions(robot: str, scene: Scene, domain: Domain, given: Iterable[Fact]) -> tuple[Action, ...]:
+def ground_actions(robot: str, scene: Scene, given: Iterable[Fact]) -> tuple[Action, ...]:
     """The actions of the robot whose static conditions hold; ``given``: what is true that no action changes."""
-    zones = sorted({start for start, _ in scene.travel}.difference(scene.rooms))
-    task = planning_task(robot, scene, {("at-robot", robot, zone) for zone in zones}, (), given)
+    words, domain = scene.words, scene.words.domain
+    starts = {start for start, _ in scene.travel}
+    everywhere = {fact for start in starts for fact in words.facts(SensorKind.PLACE, robot, start)}
+    task = planning_task(robot, scene, everywhere, (), given)
     objects = {**dict(domain.constants)} | {name: type_ for type_, group in task.objects for name in group}
     settled = domain.static | domain.exogenous
     facts: dict[str, list[Fact]] = {}

@@ -2,7 +2,7 @@
 
 | line                                                                | says                            |
 |---------------------------------------------------------------------|---------------------------------|
-| `{"domain", "exogenous", "wall_limit", "memory_limit", "directory"}` | to a worker, once: the setting  |
+| `{"domain", "exogenous", "costs", "wall_limit", ..., "directory"}`   | to a worker, once: the setting  |
 | `{"ready": true}`                                                   | from a worker, once             |
 | `{"robot", "objects", "facts", "goals", "costs"}`                   | to a worker: a job              |
 | `{"verdict", "steps", "expansions", "reason", "wall_seconds"}`      | from a worker: the answer to it |
@@ -57,6 +57,9 @@ def setting_line(setting: Setting) -> bytes:
         {
             "domain": setting.domain.text,
             "exogenous": sorted(setting.domain.exogenous),
+            "costs": {
+                schema.name: schema.cost for schema in setting.domain.schemas if not isinstance(schema.cost, int)
+            },
             "wall_limit": setting.wall_limit,
             "memory_limit": setting.memory_limit,
             "directory": str(setting.directory),
@@ -68,7 +71,9 @@ def setting_of(line: bytes) -> Setting:
     """The setting that the line tells."""
     value = json.loads(line)
     return Setting(
-        domain=read_domain(value["domain"], value["exogenous"]),
+        domain=read_domain(value["domain"], value["exogenous"]).with_costs(
+            {schema: tuple(cost) for schema, cost in value["costs"].items()}
+        ),
         wall_limit=value["wall_limit"],
         memory_limit=value["memory_limit"],
         directory=Path(value["directory"]),

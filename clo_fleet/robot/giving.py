@@ -11,8 +11,9 @@ from typing import Any, Self
 
 from clo_fleet.clo.messages import Flip
 from clo_fleet.robot.aside import StandAside
-from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, OfferStatus, Progress, Under
+from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, OfferStatus, Progress, Under, lacks, looks
 from clo_fleet.robot.steering import Steering
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import ObjectId, PlaceId, RobotId, RoomId
 
 __all__ = ["Give"]
@@ -43,9 +44,10 @@ class Give:
             self.release(body)
             return Cancelled()
         if body.site.rooms.carrier(self.item) != body.id:
-            return Failed("not in hand", (body.truth.look(("holding", body.id, self.item)),))
+            return Failed("not in hand", looks(body, self.item))
         if body.time - self.began > body.settings.partner_wait:
-            return Failed(f"{self.taker} did not take it", (Flip(("meets", self.taker, self.room), False),))
+            meets = body.truth.words.facts(SensorKind.MEETS, self.taker, self.room)
+            return Failed(f"{self.taker} did not take it", tuple(Flip(fact, False) for fact in meets))
         if body.site.place(self.taker) != PlaceId(self.room) or body.site.in_corridor(self.taker):
             self._call_off(body)
             return self._wait(body, f"robot {self.taker}")
@@ -114,8 +116,10 @@ class Give:
             )
             return Under(velocity, direct=self.steering.pushes)
         self.worked += body.site.tick
-        if self.worked < body.settings.give * body.factor - 1e-9:
+        if self.worked < body.takes - 1e-9:
             return Under(direct=True)
+        if (lack := body.truth.lacking(body.action)) is not None:
+            return Failed(lacks(lack), (body.truth.look(lack.fact),))
         body.site.rooms.hand_over(body.id, self.taker, self.item)
         body.truth.handle(self.item, body.cause)
         body.exchange.close(self.offer, kept=True)

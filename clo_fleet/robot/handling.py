@@ -1,4 +1,4 @@
-"""The skills ``prepare``, ``grasp`` and ``place``: go within reach, work for a while, and the world has changed.
+"""The skills ``work``, ``grasp`` and ``place``: go within reach, work for a while, and the world has changed.
 
 The work counts only while the object stays within reach. An object that was shoved away makes the skill fail,
 and so does one that is gone or in another robot's hand; what the robot saw of it is what it has learnt.
@@ -7,35 +7,28 @@ and so does one that is gone or in another robot's hand; what the robot saw of i
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Any, Self
 
 from clo_fleet.clo.messages import Flip
-from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
+from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under, lacks, looks
 from clo_fleet.robot.steering import Steering
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import ObjectId, PlaceId, Point, RoomId
 
-__all__ = ["Handle", "Place", "Work"]
+__all__ = ["Handle", "Place"]
 
 GIVE_UP = 30.0  # [s] without getting nearer
 LOST = 0.15  # [m] beyond reach by this much, work is lost
 MARGIN = 0.1  # [m] stop this much inside reach
 
 
-class Work(Enum):
-    """What is done to an object."""
-
-    PREPARE = "prepare"
-    GRASP = "grasp"
-
-
 @dataclass(slots=True)
 class Handle:
-    """Prepare or grasp ``item`` in ``room``. ``worked``: how long it has been worked on [s]."""
+    """Work on ``item`` in ``room``, or take it up (``grasp``). ``worked``: how long it has been worked on [s]."""
 
-    work: Work
     item: ObjectId
     room: RoomId
+    grasp: bool
     worked: float = -1.0
     nearest: float = math.inf
     nearer_at: float = 0.0
@@ -58,15 +51,13 @@ class Handle:
         if distance > body.settings.reach + LOST:
             return Failed("out of reach", self._seen(body))
         self.worked += body.site.tick
-        if self.worked < self._duration(body) - 1e-9:
+        if self.worked < body.takes - 1e-9:
             return Under(direct=True)
-        if self.work is Work.PREPARE:
-            body.truth.prepare(self.item, body.cause)
-        else:
-            if not body.truth.prepared(self.item):
-                return Failed("not prepared", self._seen(body))
+        if (lack := body.truth.lacking(body.action)) is not None:
+            return Failed(lacks(lack), self._seen(body))
+        if self.grasp:
             body.site.rooms.grasp(body.id, self.item)
-            body.truth.handle(self.item, body.cause)
+        body.truth.handle(self.item, body.cause)
         return Done()
 
     def cancel(self) -> None:
@@ -80,9 +71,9 @@ class Handle:
         """Plain data."""
         return {
             "skill": "handle",
-            "work": self.work.value,
             "item": self.item,
             "room": self.room,
+            "grasp": self.grasp,
             "worked": self.worked,
             "nearest": self.nearest if math.isfinite(self.nearest) else None,
             "nearer_at": self.nearer_at,
@@ -94,19 +85,15 @@ class Handle:
     def from_state(cls, state: Mapping[str, Any]) -> Self:
         """The skill that ``state()`` was taken from."""
         return cls(
-            work=Work(state["work"]),
             item=state["item"],
             room=state["room"],
+            grasp=state["grasp"],
             worked=state["worked"],
             nearest=math.inf if state["nearest"] is None else state["nearest"],
             nearer_at=state["nearer_at"],
             cancelling=state["cancelling"],
             steering=Steering.from_state(state["steering"]),
         )
-
-    def _duration(self, body: Body) -> float:
-        work = body.settings.prepare if self.work is Work.PREPARE else body.settings.grasp
-        return work * body.factor
 
     def _gone(self, body: Body) -> Failed | None:
         """The failure, if the object does not lie in the room any more."""
@@ -118,14 +105,19 @@ class Handle:
         return None
 
     def _seen(self, body: Body) -> tuple[Flip, ...]:
-        """What the robot, standing there, sees of the object at this moment."""
-        return tuple(body.truth.look(fact) for fact in (("at-object", self.item, self.room), ("prepared", self.item)))
+        """What the robot, standing there, sees of the object at this moment, as far as the action is about it."""
+        words, action = body.truth.words, body.action
+        about = {need.fact for need in action.needs} | action.adds | action.deletes
+        facts = {fact for fact in about if words.seen_at(fact) == self.item}
+        facts.update(words.facts(SensorKind.POSITION, self.item, self.room))
+        return tuple(map(body.truth.look, sorted(facts)))
 
     def _go(self, body: Body, position: Point, distance: float) -> Progress:
         if distance < self.nearest - 0.02:  # always so at first
             self.nearest, self.nearer_at = distance, body.time
         if body.time - self.nearer_at > GIVE_UP:
-            return Failed("cannot get near", (Flip(("at-object", self.item, self.room), False),))
+            lies = body.truth.words.facts(SensorKind.POSITION, self.item, self.room)
+            return Failed("cannot get near", tuple(Flip(fact, False) for fact in lies))
         reach = body.settings.reach - MARGIN + body.spec.radius
         velocity = self.steering.velocity(
             body.site, body.spec, self.room, position, body.time, near=reach, ignoring=(self.item,)
@@ -150,7 +142,7 @@ class Place:
         if self.cancelling:
             return Cancelled()
         if body.site.rooms.carrier(self.item) != body.id:
-            return Failed("not in hand", (body.truth.look(("holding", body.id, self.item)),))
+            return Failed("not in hand", looks(body, self.item))
         self.began = body.time if self.began < 0.0 else self.began
         if self.spot is None:
             self.spot = body.site.rooms.free_spot(
@@ -173,12 +165,14 @@ class Place:
                 return Under(velocity, direct=self.steering.pushes)
             self.worked = 0.0
         self.worked += body.site.tick
-        if self.worked < body.settings.place * body.factor - 1e-9:
+        if self.worked < body.takes - 1e-9:
             return Under(direct=True)
         spot = body.site.rooms.free_spot(self.spot, body.site.item_radius(self.item), self.room)
         if spot is None or math.dist(here, spot) > within + LOST:
             self.spot, self.worked = None, -1.0
             return Under(standing_for="a free spot")
+        if (lack := body.truth.lacking(body.action)) is not None:
+            return Failed(lacks(lack), (body.truth.look(lack.fact),))
         body.site.rooms.release(body.id, self.item, spot)
         body.truth.handle(self.item, body.cause)
         return Done()

@@ -1,56 +1,25 @@
 """One robot: its executive, the skill that it is carrying out, and what it does while it has nothing to do."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
 from clo_fleet.clo.executive import Executive
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.plain import plain_cause, read_cause
 from clo_fleet.clo.plan import Step
-from clo_fleet.errors import CloFleetError
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.drive import Drive
-from clo_fleet.robot.giving import Give
-from clo_fleet.robot.handling import Handle, Place, Work
-from clo_fleet.robot.skill import Body, Cancelled, Exchange, Failed, Progress, Skill, Under
+from clo_fleet.robot.skill import Body, Cancelled, Done, Exchange, Failed, Progress, Skill, Under
+from clo_fleet.robot.skills import saved_skill, skill_of
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world.chance import varied
-from clo_fleet.world.model import ObjectId, Point, RobotId, RobotSpec, RoomId, SkillSettings
+from clo_fleet.world.model import Point, RobotId, RobotSpec, SkillSettings
+from clo_fleet.world.vocabulary import Vocabulary
 
-__all__ = ["SITE_SKILLS", "Meters", "NoSkillError", "Robot"]
-
-
-class NoSkillError(CloFleetError):
-    """No skill is bound to an action's schema.
-
-    Attributes:
-        schema: the schema's name.
-    """
-
-    def __init__(self, schema: str) -> None:
-        super().__init__(f"no skill carries out action {schema!r}; there are {', '.join(sorted(SITE_SKILLS))}")
-        self.schema = schema
-
-
-# what a skill's state names -> how it is made from that
-SAVED_SKILLS: Mapping[str, Callable[[Mapping[str, Any]], Skill]] = MappingProxyType(
-    {"drive": Drive.from_state, "handle": Handle.from_state, "place": Place.from_state, "give": Give.from_state}
-)
-
-# action schema -> the skill that carries it out, from the action's arguments after the robot itself
-SITE_SKILLS: Mapping[str, Callable[..., Skill]] = MappingProxyType(
-    {
-        "move": lambda start, goal: Drive(RoomId(start), RoomId(goal)),
-        "prepare": lambda item, room: Handle(Work.PREPARE, ObjectId(item), RoomId(room)),
-        "grasp": lambda item, room: Handle(Work.GRASP, ObjectId(item), RoomId(room)),
-        "place": lambda item, room: Place(ObjectId(item), RoomId(room)),
-        "give": lambda taker, item, room: Give(ObjectId(item), RobotId(taker), RoomId(room)),
-    }
-)
+__all__ = ["Meters", "Robot"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,15 +51,9 @@ class Robot:
         """The robot's id."""
         return self.spec.id
 
-    def begin(self, step: Step, event: int, settings: SkillSettings) -> None:
-        """Start the skill of ``step``, whose start is event ``event`` of the log.
-
-        Raises:
-            NoSkillError: if no skill is bound to the action's schema.
-        """
-        if step.action.schema not in SITE_SKILLS:
-            raise NoSkillError(step.action.schema)
-        self._skill = SITE_SKILLS[step.action.schema](*step.action.args[1:])
+    def begin(self, step: Step, event: int, words: Vocabulary, settings: SkillSettings) -> None:
+        """Start the skill of ``step``, whose start is event ``event`` of the log."""
+        self._skill = skill_of(words.deed(step.action))
         self._factor = varied(1.0, settings.spread, self._seed, f"{self.id}/skills/{step.id}")
         self.cause = Cause(self.id, step.action.name, event)
         self._aside = StandAside()
@@ -102,8 +65,10 @@ class Robot:
 
     def step(self, site: Site, truth: Truth, exchange: Exchange, settings: SkillSettings, time: float) -> Progress:
         """Go on for one tick: with the skill, or standing out of the way."""
-        if self._skill is None or self.cause is None:
+        running = self.executive.running
+        if self._skill is None or self.cause is None or running is None:
             return self._aside.step(site, self.spec, time)
+        action = running.action
         body = Body(
             spec=self.spec,
             site=site,
@@ -112,10 +77,14 @@ class Robot:
             settings=settings,
             time=time,
             cause=self.cause,
-            factor=self._factor,
+            action=action,
+            takes=truth.words.duration(action.schema, settings) * self._factor,
         )
         progress = self._skill.step(body)
         self._measure(site, progress)
+        if isinstance(progress, Done):
+            changes = dict.fromkeys(action.deletes, False) | dict.fromkeys(action.adds, True)
+            truth.come_about(changes, self.cause)
         if isinstance(progress, Failed | Cancelled):
             self._skill.release(body)
         if not isinstance(progress, Under):
@@ -151,7 +120,7 @@ class Robot:
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave, all but the executive."""
-        self._skill = SAVED_SKILLS[state["skill"]["skill"]](state["skill"]) if state["skill"] else None
+        self._skill = saved_skill(state["skill"]) if state["skill"] else None
         self._factor = state["factor"]
         self.cause = read_cause(state["cause"])
         self.meters = Meters(**state["meters"])

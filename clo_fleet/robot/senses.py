@@ -21,7 +21,9 @@ from clo_fleet.clo.strategies import Everything, Watch
 from clo_fleet.clo.task import Fact
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
-from clo_fleet.world.model import ObjectId, Perception, PerceptionMode, Point, RobotId, RoomId
+from clo_fleet.world.binding import EVERYWHERE, SensorKind
+from clo_fleet.world.model import ObjectId, Perception, PerceptionMode, PlaceId, Point, RobotId, RoomId
+from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["Seen", "Senses", "consequences", "heeded"]
 
@@ -70,20 +72,19 @@ class Senses:
     def _of_itself(self, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
         """Where the robot is, and what it has in hand."""
         site, truth = self._site, self._truth
-        own = sorted(fact for fact in beliefs if _own(fact, robot))
+        own = sorted(fact for fact in beliefs if _own(fact, robot, truth.words))
         seen = {fact: fact in truth.facts for fact in own}
-        place = site.place(robot)
+        place, carried = site.place(robot), site.rooms.carried(robot)
         if site.is_room(place):
-            seen["at-robot", robot, str(place)] = True
-        for item in site.rooms.carried(robot):
-            seen["holding", robot, item] = True
-            seen["prepared", item] = truth.prepared(item)
-        return seen
+            seen |= dict.fromkeys(truth.words.facts(SensorKind.PLACE, robot, str(place)), True)
+        for item in carried:
+            seen |= dict.fromkeys(truth.words.facts(SensorKind.HOLDING, robot, item), True)
+        return seen | self._effects({EVERYWHERE, robot, *carried}, beliefs)
 
     def _everywhere(self, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
         """All facts of the robot's task, wherever they are."""
-        known = {fact for fact in self._truth.facts if _concerns(fact, robot, self._site)}
-        gone = {fact for fact in beliefs if fact[0] in _SENSED and _concerns(fact, robot, self._site)} - known
+        known = {fact for fact in self._truth.facts if self._concerns(fact, robot)}
+        gone = {fact for fact in beliefs if self._truth.words.sensed(fact) and self._concerns(fact, robot)} - known
         return dict.fromkeys(sorted(known), True) | dict.fromkeys(sorted(gone), False)
 
     def _in_room(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch) -> Seen:
@@ -94,8 +95,9 @@ class Senses:
             return {}
         room = RoomId(place)
         attended = self._attended(robot, beliefs, watch)
-        seen = {fact: value for fact, value in self._of_room(robot, room).items() if fact in attended}
-        missed = {fact for fact in beliefs if fact[0] == "at-object" and fact[2] == room and fact in attended}
+        seen = {fact: value for fact, value in self._of_room(robot, room, beliefs).items() if fact in attended}
+        words = self._truth.words
+        missed = {fact for fact in beliefs if words.read(fact, SensorKind.POSITION)[1:] == (room,) and fact in attended}
         missed -= seen.keys()
         if missed and self._overlooked(robot, room):
             seen |= dict.fromkeys(sorted(missed), False)
@@ -103,33 +105,47 @@ class Senses:
             self._searched.pop(robot, None)
         return seen
 
-    def _of_room(self, robot: RobotId, room: RoomId) -> Seen:
+    def _of_room(self, robot: RobotId, room: RoomId, beliefs: frozenset[Fact]) -> Seen:
         """The facts about the objects and the other robots in view."""
         site, seen = self._site, Seen()
+        shown = self._truth.words.shown
         lying: dict[ObjectId, Point] = {}
         for item in site.items_in(room):
             if (position := site.item_position(item)) is not None:
                 lying[item] = position
-        others = [other for other in site.bodies_in(room) if other != robot and site.rooms.carried(other)]
+        others = [
+            other for other in site.bodies_in(room) if other != robot and (site.rooms.carried(other) or other in shown)
+        ]
         points = [*lying.values(), *(site.pose(other).point for other in others)]
         in_view = site.sightlines(room).seen(site.pose(robot).point, points, self._perception.range)
+        words, names = self._truth.words, {str(room)}
         for item, visible in zip(lying, in_view, strict=False):
             if visible:
-                seen["at-object", item, str(room)] = True
-                seen["prepared", item] = self._truth.prepared(item)
+                names.add(item)
+                seen |= dict.fromkeys(words.facts(SensorKind.POSITION, item, str(room)), True)
         for other, visible in zip(others, in_view[len(lying) :], strict=True):
             if visible:
-                seen |= dict.fromkeys((("holding", other, item) for item in site.rooms.carried(other)), True)
-        return seen
+                names.add(other)
+                for item in site.rooms.carried(other):
+                    seen |= dict.fromkeys(words.facts(SensorKind.HOLDING, other, item), True)
+        return seen | self._effects(names, beliefs)
+
+    def _effects(self, names: set[str], beliefs: frozenset[Fact]) -> Seen:
+        """The effects that are seen where these are, those that hold and those that are believed to."""
+        words, truth = self._truth.words, self._truth.effects
+        facts = {fact for name in names for fact in words.effects_on(name)}
+        facts.update(fact for fact in truth if words.seen_at(fact) in names)
+        facts.update(fact for fact in beliefs if words.seen_at(fact) in names)
+        return {fact: fact in truth for fact in sorted(facts)}
 
     def _attended(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch) -> Watch:
         """What the robot looks at: all, or its watch set, where those objects are, and where those are that it lost."""
         if self._perception.mode is not PerceptionMode.WATCH or isinstance(watch, Everything):
             return Everything()
-        true = {fact for fact in beliefs if fact[0] in _WHERE and (not _own(fact, robot) or fact in self._truth.facts)}
-        lost = {*self._site.objects} - {_item(fact) for fact in true}
-        minded = lost | {_item(fact) for fact in watch if fact[0] in _WHERE}
-        return watch | {fact for fact in self._truth.facts | beliefs if fact[0] in _WHERE and _item(fact) in minded}
+        words, facts = self._truth.words, self._truth.facts
+        known = {words.item(fact) for fact in beliefs if not _own(fact, robot, words) or fact in facts}
+        minded = ({*self._site.objects} - known | {words.item(fact) for fact in watch}) - {""}
+        return watch | {fact for fact in facts | beliefs if words.item(fact) in minded}
 
     def _overlooked(self, robot: RobotId, room: RoomId) -> bool:
         """Whether the robot has seen all of the room since it began to miss something there."""
@@ -143,39 +159,34 @@ class Senses:
         self._searched[robot] = (room, now)
         return len(now) == len(lines.spots)
 
+    def _concerns(self, fact: Fact, robot: RobotId) -> bool:
+        """Where other robots are is not a fact of a robot's own task, and a corridor is no place to be at."""
+        about = self._truth.words.read(fact, SensorKind.PLACE)
+        return not about or (about[0] == robot and self._site.is_room(PlaceId(about[1])))
 
-def consequences(seen: Seen, beliefs: frozenset[Fact]) -> Seen:
+
+def consequences(seen: Seen, beliefs: frozenset[Fact], words: Vocabulary) -> Seen:
     """The facts seen, and the beliefs that they rule out: an object is in one place or one hand."""
-    where = {_item(fact): fact for fact, value in seen.items() if value and fact[0] in _WHERE}
-    ruled_out = {fact: False for fact in sorted(beliefs) if fact[0] in _WHERE and where.get(_item(fact), fact) != fact}
+    where = {item: fact for fact, value in seen.items() if value and (item := words.item(fact))}
+    ruled_out = {
+        fact: False for fact in sorted(beliefs) if (item := words.item(fact)) and where.get(item, fact) != fact
+    }
     return ruled_out | seen
 
 
-def heeded(told: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId) -> Seen:
+def heeded(told: Seen, beliefs: frozenset[Fact], watch: Watch, robot: RobotId, words: Vocabulary) -> Seen:
     """Those of the facts seen or heard that differ from what is believed and that the robot heeds, sorted.
 
     It heeds what it watches, itself, and where an object lies of which it does not know any more where it is.
     """
     fresh = {fact: value for fact, value in sorted(told.items()) if (fact in beliefs) is not value}
-    wanted = {fact for fact in fresh if fact in watch or _own(fact, robot)}
-    if lying := {fact for fact, value in fresh.items() if value and fact[0] == "at-object"} - wanted:
-        known = {_item(fact) for fact in beliefs - wanted if fact[0] in _WHERE}
-        wanted |= {fact for fact in lying if _item(fact) not in known}
+    wanted = {fact for fact in fresh if fact in watch or _own(fact, robot, words)}
+    lying = {fact for fact, value in fresh.items() if value and words.read(fact, SensorKind.POSITION)} - wanted
+    if lying:
+        known = {words.item(fact) for fact in beliefs - wanted}
+        wanted |= {fact for fact in lying if words.item(fact) not in known}
     return {fact: value for fact, value in fresh.items() if fact in wanted}
 
 
-_WHERE = frozenset({"at-object", "holding"})
-_SENSED = _WHERE | {"at-robot", "prepared"}
-
-
-def _own(fact: Fact, robot: RobotId) -> bool:
-    return fact[0] in ("at-robot", "holding") and fact[1] == robot
-
-
-def _concerns(fact: Fact, robot: RobotId, site: Site) -> bool:
-    """Where other robots are is not a fact of a robot's own task, and a corridor is no place to be at."""
-    return fact[0] != "at-robot" or (fact[1] == robot and fact[2] in {room.id for room in site.building.rooms})
-
-
-def _item(fact: Fact) -> str:
-    return fact[1] if fact[0] == "at-object" else fact[2]
+def _own(fact: Fact, robot: RobotId, words: Vocabulary) -> bool:
+    return (words.read(fact, SensorKind.PLACE) or words.read(fact, SensorKind.HOLDING))[:1] == (robot,)

@@ -10,11 +10,25 @@ from enum import Enum
 from typing import Any, Protocol
 
 from clo_fleet.clo.messages import Cause, Flip
+from clo_fleet.clo.task import Action, Condition
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import ObjectId, PlaceId, RobotId, RobotSpec, SkillSettings
 
-__all__ = ["Body", "Cancelled", "Done", "Exchange", "Failed", "OfferStatus", "Progress", "Skill", "Under"]
+__all__ = [
+    "Body",
+    "Cancelled",
+    "Done",
+    "Exchange",
+    "Failed",
+    "OfferStatus",
+    "Progress",
+    "Skill",
+    "Under",
+    "lacks",
+    "looks",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +84,13 @@ class Exchange(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """What a skill works with. ``cause``: the action that it carries out; ``factor``: on all its durations."""
+    """What a skill works with.
+
+    Attributes:
+        cause: the action that it carries out, as the log knows it.
+        action: the action itself.
+        takes: how long it takes once the robot is there [s].
+    """
 
     spec: RobotSpec
     site: Site
@@ -79,12 +99,23 @@ class Body:
     settings: SkillSettings
     time: float
     cause: Cause
-    factor: float = 1.0
+    action: Action
+    takes: float = 0.0
 
     @property
     def id(self) -> RobotId:
         """The robot's id."""
         return self.spec.id
+
+
+def lacks(need: Condition) -> str:
+    """Why a skill failed that was carried out in vain: what its action needs was not so."""
+    return f"not {need.fact[0]}" if need.positive else f"{need.fact[0]} already"
+
+
+def looks(body: Body, item: ObjectId) -> tuple[Flip, ...]:
+    """Whether the robot has the object in hand, as it finds at this moment."""
+    return tuple(map(body.truth.look, body.truth.words.facts(SensorKind.HOLDING, body.id, item)))
 
 
 class Skill(Protocol):

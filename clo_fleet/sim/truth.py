@@ -1,39 +1,47 @@
 """The truth: the facts that hold, derived from poses and from the state of the objects, and whose doing they are.
 
-No skill asserts a fact. A robot is at the place where its centre is; an object is at the place where its body
-lies, or in the hand that its joint is tied to. An object is prepared from the moment a robot has prepared it
-until it is shoved from where it was prepared: what has slid across the floor has to be prepared again.
+No skill asserts where something is. A robot is at the place where its centre is; an object is at the place where its
+body lies, or in the hand that its joint is tied to. The *effects* of an action, which leave no trace in the poses,
+happen when its skill has been carried out to the end, and may happen by themselves. Some are lost when an object is
+shoved: what was prepared and has slid across the floor has to be prepared again.
 
-A change is attributed to the action that handled the object in that tick, or to the action of the robot that
-pushed it; what nobody did has no cause.
+Which predicates say so the world's vocabulary knows. A change is attributed to the action that brought it about or
+handled the object in that tick, or to the action of the robot that pushed it; what nobody did has no cause.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from clo_fleet.clo.messages import Cause, Flip
-from clo_fleet.clo.plain import plain_cause, read_cause
-from clo_fleet.clo.task import Fact
+from clo_fleet.clo.plain import plain_cause, plain_facts, read_cause, read_facts
+from clo_fleet.clo.task import Action, Condition, Fact
 from clo_fleet.sim.site import Site
-from clo_fleet.world.model import ObjectId, ObjectSpec, Point, RobotId, RobotSpec
+from clo_fleet.world.binding import SensorKind
+from clo_fleet.world.model import ObjectId, Point, RobotId
+from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["SHOVED", "Truth"]
 
-SHOVED = 0.3  # [m] a prepared object that lies further from where it was prepared is not prepared any more
+SHOVED = 0.3  # [m] what was done to an object is lost when it lies further from where that was done
 
 
 class Truth:
-    """All facts of one site, renewed every tick."""
+    """All facts of one site, renewed every tick. ``words``: which facts say what."""
 
-    def __init__(self, site: Site, robots: Sequence[RobotSpec], objects: Sequence[ObjectSpec]) -> None:
+    def __init__(self, site: Site, words: Vocabulary) -> None:
+        self.words = words
         self._site = site
-        self._robots = tuple(sorted(spec.id for spec in robots))
-        self._objects = tuple(sorted(spec.id for spec in objects))
-        # where each prepared object lay when it was prepared or last put down; None while it is carried
-        self._prepared: dict[ObjectId, Point | None] = {spec.id: spec.position for spec in objects if spec.prepared}
+        self._robots = tuple(map(RobotId, words.names.robots))
+        self._objects = tuple(map(ObjectId, words.names.objects))
+        self._effects: set[Fact] = set()
+        # where the object lay when an effect that it may lose came about, or when it was put down; None while carried
+        self._anchors: dict[Fact, Point | None] = {}
+        self._doings: dict[Fact, Cause | None] = {}
         self._handled: dict[ObjectId, Cause] = {}
         self._causes: dict[Fact, Cause | None] = {}
+        for fact in sorted(words.beginning):
+            self._set(fact, True)
         self._facts = self._derive()
 
     @property
@@ -41,26 +49,36 @@ class Truth:
         """The facts that hold."""
         return self._facts
 
+    @property
+    def effects(self) -> frozenset[Fact]:
+        """The effects that hold at this moment."""
+        return frozenset(self._effects)
+
     def cause(self, fact: Fact) -> Cause | None:
         """The action that last changed the fact, if one did."""
         return self._causes.get(fact)
 
     def look(self, fact: Fact) -> Flip:
-        """Whether a fact about an object holds at this moment, and whose doing that is.
+        """Whether a fact about an object, or an effect, holds at this moment, and whose doing that is.
 
         ``facts`` is as of the end of the last tick; since then other robots may have acted.
         """
-        holds = fact in self._facts_of(ObjectId(fact[1] if fact[0] != "holding" else fact[2]))
+        holds = self._holds(fact)
         return Flip(fact, holds, self._causes.get(fact) if holds is (fact in self._facts) else self._cause_of(fact, {}))
 
-    def prepared(self, item: ObjectId) -> bool:
-        """Whether the object is prepared."""
-        return item in self._prepared
+    def lacking(self, action: Action) -> Condition | None:
+        """The first condition of the action about objects, hands and effects that is not met at this moment."""
+        for need in action.needs:
+            if self.words.kind(need.fact) in _OF_THINGS and self._holds(need.fact) is not need.positive:
+                return need
+        return None
 
-    def prepare(self, item: ObjectId, cause: Cause) -> None:
-        """The object has been prepared where it is."""
-        self._prepared[item] = self._site.item_position(item)
-        self._handled[item] = cause
+    def come_about(self, changes: Mapping[Fact, bool], cause: Cause | None) -> None:
+        """These effects happen in this tick; ``cause``: whose action it was, ``None``: nobody's."""
+        for fact, value in sorted(changes.items()):
+            if self.words.kind(fact) is SensorKind.EFFECTS:
+                self._set(fact, value)
+                self._doings[fact] = cause
 
     def handle(self, item: ObjectId, cause: Cause) -> None:
         """The object is being taken, put down or passed on in this tick by that action."""
@@ -68,8 +86,8 @@ class Truth:
 
     def step(self, running: Mapping[RobotId, Cause]) -> tuple[Flip, ...]:
         """Derive the facts anew; the changes, sorted. ``running``: the action of each robot that has one."""
-        for item in list(self._prepared):
-            self._follow(item)
+        for fact in list(self._anchors):
+            self._follow(fact)
         before, self._facts = self._facts, self._derive()
         flips = []
         for fact in sorted(before ^ self._facts):
@@ -77,53 +95,74 @@ class Truth:
             self._causes[fact] = cause
             flips.append(Flip(fact, fact in self._facts, cause))
         self._handled.clear()
+        self._doings.clear()
         return tuple(flips)
 
     def state(self) -> dict[str, Any]:
         """What is not derived, as plain data."""
         return {
-            "prepared": {item: list(point) if point else None for item, point in sorted(self._prepared.items())},
+            "effects": plain_facts(self._effects),
+            "anchors": [[list(fact), list(at) if at else None] for fact, at in sorted(self._anchors.items())],
             "causes": [[list(fact), plain_cause(cause)] for fact, cause in sorted(self._causes.items())],
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
-        self._prepared = {item: (point[0], point[1]) if point else None for item, point in state["prepared"].items()}
+        self._effects = set(read_facts(state["effects"]))
+        self._anchors = {tuple(fact): (at[0], at[1]) if at else None for fact, at in state["anchors"]}
         self._causes = {tuple(fact): read_cause(cause) for fact, cause in state["causes"]}
         self._facts = self._derive()
 
     def _derive(self) -> frozenset[Fact]:
-        facts: set[Fact] = {("at-robot", robot, self._site.place(robot)) for robot in self._robots}
+        facts = set(self._effects)
+        for robot in self._robots:
+            facts.update(self.words.facts(SensorKind.PLACE, robot, self._site.place(robot)))
         for item in self._objects:
-            facts |= self._facts_of(item)
+            facts.update(self._whereabouts(item))
         return frozenset(facts)
 
-    def _facts_of(self, item: ObjectId) -> set[Fact]:
-        """All facts about one object that hold at this moment."""
+    def _whereabouts(self, item: ObjectId) -> tuple[Fact, ...]:
+        """Where the object is at this moment: on a floor or in a hand."""
         carrier = self._site.rooms.carrier(item)
-        facts: set[Fact] = {("prepared", item)} if item in self._prepared else set()
-        facts.add(
-            ("at-object", item, str(self._site.item_place(item))) if carrier is None else ("holding", carrier, item)
-        )
-        return facts
+        if carrier is None:
+            return self.words.facts(SensorKind.POSITION, item, str(self._site.item_place(item)))
+        return self.words.facts(SensorKind.HOLDING, carrier, item)
 
-    def _follow(self, item: ObjectId) -> None:
-        """Forget that an object was prepared if it was shoved away; keep it while it is carried."""
-        if self._site.rooms.carrier(item) is not None:
-            self._prepared[item] = None
+    def _holds(self, fact: Fact) -> bool:
+        item = self.words.item(fact)
+        return fact in (self._whereabouts(ObjectId(item)) if item else self._effects)
+
+    def _set(self, fact: Fact, value: bool) -> None:
+        if not value:
+            self._effects.discard(fact)
+            self._anchors.pop(fact, None)
             return
-        position = self._site.item_position(item)
-        anchor = self._prepared[item]
+        self._effects.add(fact)
+        if item := self.words.lost_with(fact):
+            self._anchors[fact] = self._site.item_position(ObjectId(item))
+
+    def _follow(self, fact: Fact) -> None:
+        """Forget what an object that was shoved away has lost; keep it while it is carried."""
+        item = ObjectId(self.words.lost_with(fact))
+        if self._site.rooms.carrier(item) is not None:
+            self._anchors[fact] = None
+            return
+        position, anchor = self._site.item_position(item), self._anchors[fact]
         if anchor is None:
-            self._prepared[item] = position
+            self._anchors[fact] = position
         elif position is not None and math.dist(anchor, position) > SHOVED:
-            del self._prepared[item]
+            self._set(fact, False)
 
     def _cause_of(self, fact: Fact, running: Mapping[RobotId, Cause]) -> Cause | None:
-        if fact[0] == "at-robot":
-            return running.get(RobotId(fact[1]))
-        item = ObjectId(fact[1] if fact[0] != "holding" else fact[2])
+        if about := self.words.read(fact, SensorKind.PLACE):
+            return running.get(RobotId(about[0]))
+        if fact in self._doings:
+            return self._doings[fact]
+        item = ObjectId(self.words.item(fact) or self.words.lost_with(fact))
         if item in self._handled:
             return self._handled[item]
-        pusher = self._site.rooms.pusher(item)
+        pusher = self._site.rooms.pusher(item) if item else None
         return running.get(pusher) if pusher is not None else None
+
+
+_OF_THINGS = frozenset({SensorKind.POSITION, SensorKind.HOLDING, SensorKind.EFFECTS})

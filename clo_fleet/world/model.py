@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NewType
 
 from clo_fleet.clo.task import Fact
+from clo_fleet.world.binding import DomainBinding
 
 __all__ = [
     "BuildingMap",
@@ -262,12 +263,18 @@ Disturbance = ObjectMoved | RobotSlowed
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class World:
-    """A map with everything that happens on it. ``until`` is the longest a run may last [s]."""
+    """A map with everything that happens on it.
+
+    Attributes:
+        until: the longest a run may last [s].
+        domain: the world's own domain, bound to skills and sensors; ``None``: the fleet's.
+    """
 
     name: str
     map: BuildingMap
     robots: tuple[RobotSpec, ...]
     objects: tuple[ObjectSpec, ...]
+    domain: DomainBinding | None = None
     seed: int = 0
     until: float = 900.0
     skills: SkillSettings = SkillSettings()

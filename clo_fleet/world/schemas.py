@@ -12,7 +12,7 @@ A lifted atom is a tuple like a fact, with variables (``?r``) among its terms.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from clo_fleet.clo.task import Action, Condition, Fact, fact_text
 from clo_fleet.errors import CloFleetError
@@ -102,6 +102,16 @@ class Domain:
         if type_ in (above, OBJECT):
             return type_ == above
         return self.is_a(dict(self.types)[type_], above)
+
+    def with_costs(self, costs: Mapping[str, Atom]) -> "Domain":
+        """The domain with these cost terms for its actions, by schema."""
+        schemas = tuple(replace(schema, cost=costs.get(schema.name, schema.cost)) for schema in self.schemas)
+        functions = dict(self.functions)
+        for schema in self.schemas:
+            if schema.name in costs:
+                types, (name, *terms) = dict(schema.parameters), costs[schema.name]
+                functions.setdefault(name, tuple(types[term] for term in terms))
+        return replace(self, schemas=schemas, functions=tuple(functions.items()))
 
     def ground(self, name: str, args: tuple[str, ...], costs: Costs) -> Action:
         """The schema's action for these objects, without its static preconditions.

@@ -13,11 +13,13 @@ from typing import Annotated, Any, Generic, Literal, TypeVar, Union, get_args, g
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
+from clo_fleet.clo.task import FactSyntaxError, parse_fact
 from clo_fleet.world.faults import Fault, FileFaultsError, Finding, KeyPath, did_you_mean, value_text
 from clo_fleet.world.yaml_file import Value, YamlFile
 
 __all__ = [
     "Coordinate",
+    "FactText",
     "Fraction",
     "Id",
     "NonNegative",
@@ -27,14 +29,17 @@ __all__ = [
     "Positive",
     "Section",
     "Text",
+    "Variable",
+    "is_id",
     "json_schema",
     "parse",
 ]
 
 ID_PATTERN = "^[a-z][a-z0-9_-]*$"
+VARIABLE_PATTERN = r"^\??[a-z][a-z0-9_-]*$"  # YAML wants quotes about ?r between braces, so r will do
 TEXT_PATTERN = r"^[^\x00-\x1f\x7f-\x9f]+$"
 UNITS = re.compile(r"_(m|mm|cm|km|s|ms|min|h|rad|deg|m_s|km_h|m_s2|kg|g|mb|kb|gb|hz)$")
-SEPARATE = frozenset({"goals", "disturbances"})  # lists whose items stand for themselves: one may be taken out
+SEPARATE = frozenset({"goals", "disturbances", "facts"})  # lists whose items stand for themselves: one may be taken out
 
 EXPECTED = {
     "missing": "a value: this key is required",
@@ -61,6 +66,7 @@ EXPECTED = {
 }
 PATTERNS = {
     ID_PATTERN: "a name of lower-case letters, digits, '_' and '-' that starts with a letter",
+    VARIABLE_PATTERN: "the name of a parameter, such as r",
     TEXT_PATTERN: "text without control characters",
 }
 
@@ -71,7 +77,17 @@ def _two(point: tuple[float, ...]) -> tuple[float, ...]:
     return point
 
 
+def _fact(text: str) -> str:
+    try:
+        parse_fact(text)
+    except FactSyntaxError:
+        raise PydanticCustomError("fact", "one fact, such as '(holding r1 o2)'") from None
+    return text
+
+
 Id = Annotated[str, Field(pattern=ID_PATTERN, max_length=64)]
+Variable = Annotated[str, Field(pattern=VARIABLE_PATTERN, max_length=64)]
+FactText = Annotated[str, Field(max_length=300), AfterValidator(_fact)]
 Text = Annotated[str, Field(pattern=TEXT_PATTERN, max_length=200)]
 Positive = Annotated[float, Field(gt=0, le=1e9)]
 NonNegative = Annotated[float, Field(ge=0, le=1e9)]
@@ -166,6 +182,11 @@ def parse(file: YamlFile, schema: type[S], stand_ins: Mapping[str, Value]) -> Pa
     )
 
 
+def is_id(value: object) -> bool:
+    """Whether the value is a name as the keys of robots, objects and rooms are."""
+    return isinstance(value, str) and len(value) <= 64 and re.fullmatch(ID_PATTERN, value) is not None
+
+
 def json_schema(schema: type[Section], title: str) -> dict[str, object]:
     """The JSON schema by which editors check and complete files as they are written."""
     body = schema.model_json_schema()
@@ -179,7 +200,7 @@ def _finding(schema: type[Section], content: Any, detail: ErrorDetails) -> Findi
     if kind == "extra_forbidden":
         return Finding(path, _known_key(str(path[-1]), _keys(schema, detail["loc"][:-1])))
     if kind.startswith("union_tag"):
-        path = (*path, "kind")
+        path = (*path, str(context["discriminator"]).strip("'"))
     expected = PATTERNS.get(str(context.get("pattern")))
     if expected is None:
         expected = EXPECTED[kind].format(**context) if kind in EXPECTED else detail["msg"]
@@ -212,7 +233,8 @@ def _keys(annotation: Any, loc: tuple[int | str, ...]) -> tuple[str, ...]:
 
 
 def _tags(member: Any) -> tuple[object, ...]:
-    field = getattr(member, "model_fields", {}).get("kind")
+    """What tells a member of a union from the others: the value of its first key."""
+    field = next(iter(getattr(member, "model_fields", {}).values()), None)
     return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
 
 

@@ -3,10 +3,8 @@
 from dataclasses import fields
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
-from clo_fleet.clo.task import FactSyntaxError, parse_fact
 from clo_fleet.world.model import (
     ObjectSpec,
     Perception,
@@ -16,7 +14,7 @@ from clo_fleet.world.model import (
     SkillSettings,
     World,
 )
-from clo_fleet.world.sections import Coordinate, Fraction, Id, NonNegative, PointM, Positive, Section, Text
+from clo_fleet.world.sections import Coordinate, FactText, Fraction, Id, NonNegative, PointM, Positive, Section, Text
 
 __all__ = [
     "MEGABYTE",
@@ -38,17 +36,6 @@ OBJECT: dict[str, Any] = {field.name: field.default for field in fields(ObjectSp
 WORLD: dict[str, Any] = {field.name: field.default for field in fields(World)}
 
 
-def _goal(text: str) -> str:
-    try:
-        parse_fact(text)
-    except FactSyntaxError:
-        raise PydanticCustomError("goal", "one fact, such as '(holding r1 o2)'") from None
-    return text
-
-
-Goal = Annotated[str, Field(max_length=300), AfterValidator(_goal)]
-
-
 class RobotSection(Section):
     """A robot: at a spawn point, or at a point of a room."""
 
@@ -56,7 +43,9 @@ class RobotSection(Section):
     room: Id | None = None
     at_m: PointM | None = None
     heading_rad: Coordinate | None = None
-    goals: tuple[Goal, ...] = Field((), max_length=1000, description="Facts to bring about, such as (holding r1 o2).")
+    goals: tuple[FactText, ...] = Field(
+        (), max_length=1000, description="Facts to bring about, such as (holding r1 o2)."
+    )
     radius_m: Positive = ROBOT["radius"]
     max_speed_m_s: Positive = ROBOT["max_speed"]
     max_acceleration_m_s2: Positive = ROBOT["max_acceleration"]

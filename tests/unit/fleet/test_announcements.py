@@ -5,7 +5,11 @@ import math
 from clo_fleet.clo.plan import goals_of, number
 from clo_fleet.clo.task import Action, Condition, Fact
 from clo_fleet.fleet.announcements import Announcement, Meeting, meeting_places, promises
+from clo_fleet.world.domain_file import fleet_binding
 from clo_fleet.world.model import ObjectId, RobotId
+from clo_fleet.world.vocabulary import Names, Vocabulary
+
+WORDS = Vocabulary(fleet_binding(), Names(robots=("r1",), objects=("o1", "o2", "o9"), rooms=("l1", "l2", "l3")))
 
 
 def action(schema: str, *args: str, needs: list[Fact], adds: list[Fact], deletes: list[Fact], cost: int = 10) -> Action:
@@ -63,15 +67,15 @@ def test_only_what_is_in_hand_is_promised() -> None:
 
 def test_robot_is_not_met_where_it_would_only_fetch_the_gift() -> None:
     """Given o2, r1 goes to l1 and stays; l3, which it is about to leave, is no place to meet."""
-    assert meeting_places(announced(*FETCH), [ObjectId("o2")]) == (Meeting("l1", math.inf),)
+    assert meeting_places(announced(*FETCH), [ObjectId("o2")], WORDS) == (Meeting("l1", math.inf),)
 
 
 def test_places_on_the_way_are_left_when_the_work_there_is_done() -> None:
     """Without use for the gift, every place of the plan counts, each until the robot leaves it."""
-    assert meeting_places(announced(*FETCH), [ObjectId("o9")]) == (Meeting("l1", 20), Meeting("l2", math.inf))
+    assert meeting_places(announced(*FETCH), [ObjectId("o9")], WORDS) == (Meeting("l1", 20), Meeting("l2", math.inf))
 
 
 def test_robot_with_work_where_it_is_can_be_met_there() -> None:
     """An idle robot stays where it is; a moving one has left."""
-    assert meeting_places(announced(), []) == (Meeting("l3", math.inf),)
-    assert meeting_places(announced(moving=True), []) == ()
+    assert meeting_places(announced(), [], WORDS) == (Meeting("l3", math.inf),)
+    assert meeting_places(announced(moving=True), [], WORDS) == ()

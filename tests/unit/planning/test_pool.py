@@ -20,14 +20,23 @@ from clo_fleet.planning.planner import NoPlan, PlanFound, PlannerDied, PlannerOu
 from clo_fleet.planning.pool import JobError, PlannerPool
 from clo_fleet.planning.problem import PlanningTask, PlanningTaskError, Scene, planning_task
 from clo_fleet.planning.problem_file import read_problem
+from clo_fleet.world.domain_file import fleet_binding
 from clo_fleet.world.model import SkillSettings
 from clo_fleet.world.pddl import fleet_domain, read_domain
+from clo_fleet.world.vocabulary import Names, Vocabulary
 
 ROOMS = ("l1", "l2", "l3")
+
+
+def words(
+    *, robots: tuple[str, ...], objects: tuple[str, ...], rooms: tuple[str, ...], zones: tuple[str, ...] = ()
+) -> Vocabulary:
+    """The fleet's domain for these."""
+    return Vocabulary(fleet_binding(), Names(robots=robots, objects=objects, rooms=rooms, zones=zones))
+
+
 SCENE = Scene(
-    robots=("r1", "r2"),
-    items=("o1", "o2"),
-    rooms=ROOMS,
+    words=words(robots=("r1", "r2"), objects=("o1", "o2"), rooms=ROOMS, zones=("z1",)),
     travel=dict.fromkeys(itertools.permutations(ROOMS, 2), 100) | {("z1", "l2"): 50},
     skills=SkillSettings(),
 )
@@ -55,7 +64,7 @@ def collect_all(rooms: int) -> PlanningTask:
     """A task with an object in each of so many rooms, all joined, and r1 in the last of them."""
     names, items = tuple(f"l{i}" for i in range(rooms)), tuple(f"o{i}" for i in range(rooms))
     travel = dict.fromkeys(itertools.permutations(names, 2), 50)
-    scene = Scene(robots=("r1", "r2"), items=items, rooms=names, travel=travel, skills=SkillSettings())
+    scene = Scene(words=words(robots=("r1", "r2"), objects=items, rooms=names), travel=travel, skills=SkillSettings())
     beliefs = {("at-robot", "r1", names[-1]), *(("at-object", *pair) for pair in zip(items, names, strict=True))}
     return planning_task("r1", scene, frozenset(beliefs), [("holding", "r1", item) for item in items])
 
@@ -160,7 +169,8 @@ def test_ids_may_be_words_of_pddl(pool: PlannerPool) -> None:
     """Keywords, and names of the domain, are fine as names of robots, rooms and objects."""
     rooms = ("place", "item", "l-1_x")
     travel = dict.fromkeys(itertools.permutations(rooms, 2), 7)
-    scene = Scene(robots=("and",), items=("move", "object"), rooms=rooms, travel=travel, skills=SkillSettings())
+    known = words(robots=("and",), objects=("move", "object"), rooms=rooms)
+    scene = Scene(words=known, travel=travel, skills=SkillSettings())
     beliefs = frozenset({("at-robot", "and", "place"), ("at-object", "object", "item"), ("at-object", "move", "place")})
     reply = pool.plan(planning_task("and", scene, beliefs, [("holding", "and", "object")]))
     assert isinstance(reply, PlanFound)

@@ -8,13 +8,15 @@ import pytest
 from clo_fleet.clo.task import Fact
 from clo_fleet.planning import wire
 from clo_fleet.planning.problem import PlanningTask, PlanningTaskError, Scene, check, planning_task
+from clo_fleet.world.domain_file import fleet_binding
 from clo_fleet.world.model import SkillSettings
 from clo_fleet.world.pddl import fleet_domain
+from clo_fleet.world.vocabulary import Names, Vocabulary
 
 SCENE = Scene(
-    robots=("r1", "r2"),
-    items=("o1",),
-    rooms=("l1", "l2"),
+    words=Vocabulary(
+        fleet_binding(), Names(robots=("r1", "r2"), objects=("o1",), rooms=("l1", "l2"), zones=("z1", "z2"))
+    ),
     travel={("l1", "l2"): 70, ("l2", "l1"): 80, ("z1", "l1"): 30, ("z2", "l1"): 40},
     skills=SkillSettings(prepare=1.26),
 )

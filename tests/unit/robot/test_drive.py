@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from clo_fleet.clo.messages import Cause
+from clo_fleet.clo.task import Action
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive, Phase
@@ -32,9 +33,12 @@ from clo_fleet.world.model import (
     Room,
     RoomId,
     SkillSettings,
+    World,
 )
+from clo_fleet.world.vocabulary import vocabulary
 
 TICK = 0.2
+MOVE = Action(schema="move", args=(), needs=(), adds=frozenset(), deletes=frozenset())
 WEST, EAST = RoomId("west"), RoomId("east")
 CONTACT = 0.05  # [m] by which two robots that push one another may overlap for a moment
 
@@ -78,6 +82,7 @@ class Traffic:
             settings=SkillSettings(),
             time=self.time,
             cause=Cause(spec.id, "move", 0),
+            action=MOVE,
         )
 
     def want(self, spec: RobotSpec) -> Under:
@@ -176,7 +181,12 @@ def traffic(building: BuildingMap, specs: Sequence[RobotSpec], *, back: bool = F
     for spec in sorted(specs, key=lambda spec: spec.id):
         other = EAST if spec.room == WEST else WEST
         errands[spec.id] = [Drive(spec.room, other), *([Drive(other, spec.room)] if back else [])]
-    return Traffic(site, Truth(site, specs, ()), sorted(specs, key=lambda spec: spec.id), errands)
+    return Traffic(
+        site,
+        Truth(site, vocabulary(World(name="", map=building, robots=tuple(specs), objects=()))),
+        sorted(specs, key=lambda spec: spec.id),
+        errands,
+    )
 
 
 @pytest.mark.parametrize("width", [0.8, 1.0, 1.2, 1.8])

@@ -22,7 +22,9 @@ from clo_fleet.world.model import (
     RobotSpec,
     Room,
     RoomId,
+    World,
 )
+from clo_fleet.world.vocabulary import vocabulary
 
 HALL, STORE = RoomId("hall"), RoomId("store")
 PILLAR = ((4.0, 1.0), (5.0, 1.0), (5.0, 5.0), (4.0, 5.0))
@@ -49,10 +51,12 @@ class Scene:
         self.specs += [RobotSpec(id=R2, room=HALL, pose=Pose(*r2), goals=())] if r2 else []
         rooms = {name: HALL if x < 15 else STORE for name, (x, _) in things.items()}
         self.things = [ObjectSpec(id=ObjectId(n), room=rooms[n], position=p) for n, p in things.items()]
+        world = World(name="hall", map=BUILDING, robots=tuple(self.specs), objects=tuple(self.things))
+        words = vocabulary(world)
         self.site = Site(BUILDING, self.specs, self.things, seed=0, tick=0.2)
         if held:
             self.site.rooms.grasp(R2, ObjectId(held))
-        self.truth = Truth(self.site, self.specs, self.things)
+        self.truth = Truth(self.site, words)
         self.senses = Senses(self.site, self.truth, perception)
 
     def see(self, beliefs: frozenset[Fact] = frozenset(), watch: Watch | None = None, time: float = 0.0) -> set[Fact]:
@@ -137,8 +141,9 @@ def test_looking_at_less_does_not_mean_knowing_less(watched: Fact, held: str, lo
     learnt = []
     for mode in (SIGHT, WATCH):
         scene = Scene((1, 3), Perception(mode), things={"cup": (2, 2), "mug": (2, 4)}, r2=(3, 3), held=held)
+        words = scene.truth.words
         seen = scene.senses.sight(R1, beliefs, watch, 0.0)
-        learnt.append(heeded(consequences(seen, beliefs), beliefs, watch, R1))
+        learnt.append(heeded(consequences(seen, beliefs, words), beliefs, watch, R1, words))
     assert learnt[0] == learnt[1]
 
 

@@ -15,7 +15,9 @@ from clo_fleet.world.model import (
     RobotSpec,
     Room,
     RoomId,
+    World,
 )
+from clo_fleet.world.vocabulary import vocabulary
 
 A, B = RoomId("a"), RoomId("b")
 R1, CUP = RobotId("r1"), ObjectId("cup")
@@ -26,13 +28,14 @@ BUILDING = BuildingMap(
 )
 ROBOT = RobotSpec(id=R1, room=A, pose=Pose(2, 2), goals=())
 OBJECT = ObjectSpec(id=CUP, room=A, position=(2.5, 2), prepared=True)
+WORLD = World(name="two rooms", map=BUILDING, robots=(ROBOT,), objects=(OBJECT,))
 GRASP = Cause(R1, "grasp(r1, cup, a)", 7)
 
 
 def scene() -> tuple[Site, Truth]:
     """One robot, and one prepared object within its reach."""
     site = Site(BUILDING, [ROBOT], [OBJECT], seed=0, tick=0.2)
-    return site, Truth(site, [ROBOT], [OBJECT])
+    return site, Truth(site, vocabulary(WORLD))
 
 
 def test_what_changed_within_a_tick_is_seen_by_a_look_and_told_once_the_tick_is_over() -> None:
