@@ -30,10 +30,11 @@ from clo_fleet.world.model import (
 )
 from clo_fleet.world.outlines import counter_clockwise, outward_headings
 
-__all__ = ["DOOR_WIDTH", "SPUR", "Layout"]
+__all__ = ["DOOR_WIDTH", "MAX_SPEED", "SPUR", "Layout"]
 
 DOOR_WIDTH = 1.8  # [m]; at 1.6 robots pass both ways at once
 SPUR = 3.5  # [m] from the node to the door: a doorway of 1.2, a junction of 1, and a lane that holds a robot
+MAX_SPEED = 1.5  # [m/s] of robots in corridors
 SPOT_GAP = 1.0  # [m] between spots: two robots of radius 0.3 and another's hand between them
 SPOT_INSET = 0.5  # [m] from the walls
 MAX_SPOTS = 16  # a room
@@ -58,13 +59,28 @@ class Layout:
         self._nodes[name] = _rounded(at)
 
     def hall(
-        self, start: str, end: str, *, via: Iterable[Point] = (), one_way: bool = False, single_lane: bool = False
+        self,
+        start: str,
+        end: str,
+        *,
+        via: Iterable[Point] = (),
+        max_speed: float = MAX_SPEED,
+        one_way: bool = False,
+        single_lane: bool = False,
     ) -> None:
-        """A corridor between two nodes that are there already."""
+        """A corridor between two nodes that are there already; there may be several."""
         shape = (self._nodes[start], *map(_rounded, via), self._nodes[end])
         name = CorridorId(f"{start}--{end}")
+        if name in self._corridors:
+            name = CorridorId(f"{name}-{sum(other.startswith(name) for other in self._corridors) + 1}")
         self._corridors[name] = Corridor(
-            id=name, start=start, end=end, shape=shape, one_way=one_way, single_lane=single_lane
+            id=name,
+            start=start,
+            end=end,
+            shape=shape,
+            max_speed=max_speed,
+            one_way=one_way,
+            single_lane=single_lane,
         )
 
     def room(self, name: str, corner: Point, size: tuple[float, float]) -> None:

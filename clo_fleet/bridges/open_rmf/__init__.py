@@ -20,6 +20,6 @@ and lanes that lead to no door are left out. `Imported.skipped` tells all that i
 """
 
 from clo_fleet.bridges.open_rmf.importing import Imported, import_building, import_to_folder
-from clo_fleet.bridges.open_rmf.reading import OpenRmfError, Skipped
+from clo_fleet.bridges.open_rmf.reading import OpenRmfError
 
-__all__ = ["Imported", "OpenRmfError", "Skipped", "import_building", "import_to_folder"]
+__all__ = ["Imported", "OpenRmfError", "import_building", "import_to_folder"]

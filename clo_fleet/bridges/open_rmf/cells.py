@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import shapely
 
-from clo_fleet.bridges.open_rmf.reading import Level, Skipped, Span, Vertex, slug
+from clo_fleet.bridges.drawings import Names, Skipped, slug
+from clo_fleet.bridges.open_rmf.reading import Level, Span, Vertex
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, Room, RoomId
 from clo_fleet.world.outlines import outward_headings, wall_distance
 
-__all__ = ["Cells", "Names", "RoomsAndDoors", "cells_of", "mouth", "rooms_and_doors", "rounded", "wall_door"]
+__all__ = ["Cells", "RoomsAndDoors", "cells_of", "mouth", "rooms_and_doors", "rounded", "wall_door"]
 
 WALL = 0.1  # [m] thickness of walls and doors
 SMALLEST_CELL = 1.0  # [m2]; less is a sliver between a floor's edge and a wall, or too small for a room
@@ -25,22 +26,6 @@ NARROWEST = 0.8  # [m] between two rooms, where there are no lanes
 JAMB = 0.05  # [m] of wall on either side of a door
 FARTHEST_SHIFT = 0.5  # [m] that a door may move along its wall to fit
 BESIDE = 0.3  # [m] from the middle of a door to the two places that it joins
-
-
-class Names:
-    """Names that are given once: rooms, doors and junctions share one set."""
-
-    def __init__(self) -> None:
-        self._taken: set[str] = set()
-
-    def new(self, wish: str) -> str:
-        """The wish, with a number behind it if it is taken."""
-        number, name = 1, wish
-        while name in self._taken:
-            number += 1
-            name = f"{wish}_{number}"
-        self._taken.add(name)
-        return name
 
 
 @dataclass(frozen=True, slots=True)

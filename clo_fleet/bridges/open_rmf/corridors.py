@@ -13,9 +13,9 @@ from itertools import pairwise
 import shapely
 from shapely.ops import substring
 
+from clo_fleet.bridges.drawings import Skipped
 from clo_fleet.bridges.open_rmf.cells import mouth, rounded
 from clo_fleet.bridges.open_rmf.lanes import SAME, Network, Way, crossings, dead_ends, named, split
-from clo_fleet.bridges.open_rmf.reading import Skipped
 from clo_fleet.world.model import Door, Point
 from clo_fleet.world.outlines import length
 

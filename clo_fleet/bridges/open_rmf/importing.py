@@ -10,11 +10,12 @@ import networkx as nx
 import shapely
 from shapely.ops import nearest_points
 
+from clo_fleet.bridges.drawings import Names, Skipped
 from clo_fleet.bridges.open_rmf.bays import FOOTHOLD, Wish, bay_at
-from clo_fleet.bridges.open_rmf.cells import Names, RoomsAndDoors, cells_of, mouth, rooms_and_doors, rounded
+from clo_fleet.bridges.open_rmf.cells import RoomsAndDoors, cells_of, mouth, rooms_and_doors, rounded
 from clo_fleet.bridges.open_rmf.corridors import DOORWAY, Ground, attached, tidied
 from clo_fleet.bridges.open_rmf.lanes import Network, Way, hub_network, without_leaf
-from clo_fleet.bridges.open_rmf.reading import Level, OpenRmfError, Skipped, Vertex, read_level
+from clo_fleet.bridges.open_rmf.reading import Level, OpenRmfError, Vertex, read_level
 from clo_fleet.bridges.open_rmf.relaxing import relaxed
 from clo_fleet.sim.map_folder import write_building
 from clo_fleet.world.checks import map_findings

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 import shapely
 
+from clo_fleet.bridges.drawings import Skipped
 from clo_fleet.bridges.open_rmf.cells import rounded
-from clo_fleet.bridges.open_rmf.reading import Level, Skipped, Span
+from clo_fleet.bridges.open_rmf.reading import Level, Span
 from clo_fleet.world.model import Point
 
 __all__ = ["SAME", "Network", "Way", "crossings", "dead_ends", "hub_network", "named", "split", "without_leaf"]

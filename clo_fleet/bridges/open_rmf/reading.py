@@ -6,17 +6,17 @@ measurements, of their distance by their length in pixels.
 """
 
 import math
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from clo_fleet.bridges.drawings import Skipped, slug
 from clo_fleet.world.faults import Fault, FileFaultsError, Finding, KeyPath
 from clo_fleet.world.model import Point
 from clo_fleet.world.yaml_file import Value, YamlFile, read_yaml
 
-__all__ = ["Level", "OpenRmfError", "Skipped", "Span", "Vertex", "read_level", "slug"]
+__all__ = ["Level", "OpenRmfError", "Span", "Vertex", "read_level"]
 
 T = TypeVar("T")
 
@@ -28,27 +28,6 @@ STOPS = ("is_parking_spot", "is_holding_point")  # a place where they may stand
 
 class OpenRmfError(FileFaultsError):
     """A building file cannot be imported; each fault names file, line, key, value and what was expected."""
-
-
-@dataclass(frozen=True, slots=True)
-class Skipped:
-    """Something of the building that the map does not have, or has differently.
-
-    Attributes:
-        kind: what it is, such as ``door``, ``lane``, ``lift``, ``model`` or ``room``.
-        name: what it is called.
-        reason: why it is left out, or what was changed.
-        count: how many there are of it.
-    """
-
-    kind: str
-    name: str
-    reason: str
-    count: int = 1
-
-    def __str__(self) -> str:
-        times = f" ({self.count} times)" if self.count > 1 else ""
-        return f"{self.kind} {self.name!r}{times}: {self.reason}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,17 +82,6 @@ class Level:
     def line(self, span: Span) -> tuple[Point, Point]:
         """The two ends of a lane, wall or door [m]."""
         return (self.vertices[span.start].point, self.vertices[span.end].point)
-
-
-def slug(name: str) -> str:
-    """The name as an id: lower-case letters, digits, ``_`` and ``-``, a letter first; empty if nothing is left.
-
-    >>> slug("tinyRobot1 charger"), slug("2nd floor"), slug("é")
-    ('tinyrobot1_charger', 'p2nd_floor', '')
-    """
-    text = re.sub(r"[^a-z0-9_-]+", "_", name.lower())[:60].strip("_-")
-    text = re.sub(r"^zone-(?=[0-9]+$)", "zone_", text)  # zones have such names
-    return f"p{text}" if text[:1].isdigit() else text
 
 
 def read_level(path: Path, level: str | None) -> Level:

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import shapely
 
+from clo_fleet.bridges.drawings import slug
 from clo_fleet.bridges.open_rmf import Imported, OpenRmfError, import_building, import_to_folder
-from clo_fleet.bridges.open_rmf.reading import slug
 from clo_fleet.sim.map_folder import MapExistsError
 from clo_fleet.sim.network import build_network
 from clo_fleet.sim.network_check import check_network
