@@ -40,7 +40,7 @@ from clo_fleet.clo.messages import (
     Waits,
 )
 from clo_fleet.clo.plan import Plan, cost
-from clo_fleet.clo.task import Condition, Fact
+from clo_fleet.clo.task import Condition, Fact, fact_text
 from clo_fleet.fleet.announcements import Announcement, meeting_places, promises
 from clo_fleet.fleet.offers import Offers
 from clo_fleet.fleet.questions import Questions, Reply
@@ -294,6 +294,8 @@ class Conversation:
         self.wall_deciding[robot.id] += clock.perf_counter() - begin
         for command in commands:
             self._obey(robot, command, reply)
+        if any(isinstance(command, PlanAdopted | StepsDropped | PlanMended) for command in commands):
+            self._record(_linked(robot))
 
     def _obey(self, robot: Robot, command: Command, reply: Reply | None) -> None:
         match command:
@@ -337,6 +339,20 @@ def _decision(robot: RobotId, decision: Command, reply: Reply | None) -> events.
             return events.GaveUp(robot, outcome, why)
         case _:
             return events.GoalsReached(robot)
+
+
+def _linked(robot: Robot) -> events.PlanLinked:
+    """The event that says what holds the robot's plan together."""
+    executive = robot.executive
+    watch = executive.watch
+    return events.PlanLinked(
+        robot.id,
+        tuple(
+            (link.producer, str(link.condition), link.consumer if isinstance(link.consumer, int) else None)
+            for link in executive.links.links
+        ),
+        tuple(sorted(map(fact_text, watch))) if isinstance(watch, frozenset) else None,
+    )
 
 
 def _named(plan: Plan) -> tuple[tuple[int, str], ...]:

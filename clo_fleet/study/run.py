@@ -18,6 +18,7 @@ from clo_fleet.fleet.mission import Mission, RobotView
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.event_log import EventLog, Recorded
 from clo_fleet.study.metrics import measure
+from clo_fleet.study.replay.scene import write_scene
 from clo_fleet.study.result import RunResult, write_result
 from clo_fleet.world.model import PlanningTime, World
 from clo_fleet.world.pddl import fleet_domain
@@ -90,7 +91,7 @@ class Run:
     Args:
         world: the world, from ``read_world`` or made in code.
         strategy: a strategy, or its name.
-        out: folder for ``events.jsonl`` and ``result.json``; nothing is written without one.
+        out: folder for ``events.jsonl``, ``result.json`` and ``scene.json``; nothing is written without one.
         force: overwrite what an earlier run left in ``out``.
         planners: from ``planner_pool()``; who makes many runs in one process spares each the 2 s that planners take to
             start. They are left running; those that the run would start itself are ended with it.
@@ -126,6 +127,7 @@ class Run:
             try:
                 self._out.mkdir(parents=True, exist_ok=True)
                 (self._out / "result.json").unlink(missing_ok=True)
+                write_scene(self.mission.world, self._out / "scene.json")
                 self._log.write_to(self._out / "events.jsonl")
             except OSError:
                 self.mission.__exit__(None, None, None)

@@ -28,6 +28,7 @@ __all__ = [
     "PlanAnnounced",
     "PlanFailed",
     "PlanFollowed",
+    "PlanLinked",
     "PlanMended",
     "PlanRequested",
     "Poses",
@@ -169,6 +170,21 @@ class PlanMended:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanLinked:
+    """What holds a robot's plan together, told whenever the plan has changed.
+
+    Attributes:
+        robot: whose plan.
+        links: producer (a step's id), condition and consumer (a step's id; ``None``: the goals).
+        watch: the facts that the robot watches; ``None``: all.
+    """
+
+    robot: str
+    links: tuple[tuple[int, str, int | None], ...]
+    watch: tuple[str, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
 class RepairFailed:
     """A plan could not be repaired: what it lacks."""
 
@@ -261,6 +277,7 @@ Event = (
     | PlanRequested
     | PlanFollowed
     | PlanMended
+    | PlanLinked
     | PlanFailed
     | PlanAnnounced
     | ActionStarted

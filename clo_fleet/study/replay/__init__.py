@@ -1,0 +1,1 @@
+"""Looking at a run: its scene (`scene`) and its log become one page that opens from disk."""
