@@ -172,6 +172,10 @@ class Run:
         """The events so far, as (id, time [s], event)."""
         return tuple(self._log.events)
 
+    def log_since(self, number: int) -> tuple[Recorded, ...]:
+        """The events from the one of that number on."""
+        return tuple(self._log.events[number:])
+
     def step(self, ticks: int = 1) -> None:
         """Go on for some ticks; nothing happens once the run has ended."""
         for _ in range(ticks):

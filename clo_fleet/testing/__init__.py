@@ -25,6 +25,7 @@ from clo_fleet.testing.assertions import (
     assert_no_contacts,
     assert_outcome,
     assert_replanned,
+    assert_sound,
 )
 from clo_fleet.testing.buildings import rooms_in_a_row, rooms_on_a_corridor, shipped_map
 from clo_fleet.testing.fixtures import FleetWorld, RunFleet
@@ -42,6 +43,7 @@ __all__ = [
     "assert_no_contacts",
     "assert_outcome",
     "assert_replanned",
+    "assert_sound",
     "rooms_in_a_row",
     "rooms_on_a_corridor",
     "shipped_map",

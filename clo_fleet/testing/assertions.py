@@ -11,6 +11,7 @@ from clo_fleet.study.metrics import helps
 from clo_fleet.study.result import Help, RunResult
 from clo_fleet.study.run import Run
 from clo_fleet.study.story import story
+from clo_fleet.study.witness import BrokenInvariantError, Witness, watched
 from clo_fleet.world.events import ActionEnded, PlanRequested, StepsLeftOut
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "assert_no_contacts",
     "assert_outcome",
     "assert_replanned",
+    "assert_sound",
 ]
 
 SHOWN = 10  # sentences of a robot's story in a failure's message
@@ -120,6 +122,25 @@ def assert_replanned(run: Run, robot: str, times: int = 0) -> None:
     lines = [f"expected {robot} to plan again {_times(times)}, but it did so {_times(len(again))}"]
     lines += [f"  {time:.1f} s: {why}" for time, why in again]
     _fail([*lines, *_story(run, robot)])
+
+
+def assert_sound(run: Run) -> None:
+    """The simulation itself is right: nothing impossible happens (``clo_fleet.study.witness``).
+
+    Steps the run to its end and looks after every tick; of a run that has ended, checks the log and how it is left.
+    """
+    __tracebackhide__ = True
+    try:
+        if run.done:
+            Witness(run).look()
+        else:
+            for _ in watched(run):
+                pass
+    except BrokenInvariantError as broken:
+        lines = [f"an invariant is broken, {broken}", f"seed {run.mission.world.seed}, {run.mission.strategy.name}"]
+        for name in broken.who:
+            lines += _story(run, name)
+        _fail(lines)
 
 
 def _result(run: Run | RunResult) -> RunResult:

@@ -60,7 +60,8 @@ def rooms_in_a_row(*names: str) -> BuildingMap:
 def rooms_on_a_corridor(names: Sequence[str], folder: Path, *, closet: str = "") -> BuildingMap:
     """Rooms of 8 m x 6 m on both sides of a corridor, a pillar in each; its network is written to ``folder``.
 
-    The ways to the doors of two rooms that face each other meet the corridor 3 m apart, so that no four ways cross.
+    The ways to the doors of two rooms that face each other meet the corridor 4.6 m apart, so that no four ways cross
+    and no lane is shorter than 1.2 m (``sim.network``): in shorter ones robots get into one another.
     ``closet``: the name of one more room, behind a narrow door of the first.
 
     Raises:
@@ -71,7 +72,7 @@ def rooms_on_a_corridor(names: Sequence[str], folder: Path, *, closet: str = "")
         x, up = 10.0 * (number // 2), number % 2 == 0
         bottom = 4.0 if up else -10.0
         rooms.append(Room(RoomId(name), rectangle(x, bottom, 8, 6), (rectangle(x + 5.5, bottom + 2.5, 1, 1),)))
-        at = (x + (2.5 if up else 5.5), 4.0 if up else -4.0)
+        at = (x + (1.7 if up else 6.3), 4.0 if up else -4.0)
         door = Door(
             id=DoorId(f"{name}-door"),
             rooms=(RoomId(name),),
