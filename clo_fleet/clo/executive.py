@@ -153,6 +153,11 @@ class Executive:
         return frozenset(self._data.suspended)
 
     @property
+    def promised(self) -> frozenset[Fact]:
+        """What others have promised to bring about, as it was told last."""
+        return self._data.promised
+
+    @property
     def links(self) -> Links:
         """The links of the steps left, as things are believed. Worked out when asked for after a change."""
         if self._links is None:

@@ -41,7 +41,7 @@ class Announcement:
         plan: the steps left, the running one first.
         moving: whether the first step is under way and leads elsewhere.
         goals: what its plan is for.
-        beliefs: what its plan starts from.
+        beliefs: what its plan starts from, if somebody is to bring it something; else nothing.
         in_hand: the objects that it carries.
     """
 

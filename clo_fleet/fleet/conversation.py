@@ -9,42 +9,37 @@ means to do it announces at once, so that those who are told of its deeds know i
 """
 
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import chain
 from typing import Any
 
 from clo_fleet.clo.executive import Mode
 from clo_fleet.clo.messages import (
     AcceptOffer,
-    ActionCancelled,
-    ActionFailed,
     ActionFinished,
     AskPlan,
     Begin,
     CancelAction,
     Command,
     Event,
-    Finished,
     Flip,
     Observed,
     Offered,
     OfferEnded,
-    PlanAdopted,
     PlanArrived,
-    PlanMended,
     PlanMissing,
     Promised,
     RefuseOffer,
-    RepairRefused,
     StartAction,
-    StepsDropped,
-    Waits,
 )
-from clo_fleet.clo.plan import Plan, cost
-from clo_fleet.clo.task import Condition, Fact, fact_text
+from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.fleet.announcements import Announcement, meeting_places, promises
+from clo_fleet.fleet.decisions import decision_told, plan_linked
+from clo_fleet.fleet.inboxes import Inboxes
+from clo_fleet.fleet.interests import Interests
 from clo_fleet.fleet.offers import Offers
 from clo_fleet.fleet.questions import Questions, Reply
-from clo_fleet.fleet.radio import Listener, RadioChannel
+from clo_fleet.fleet.radio import RadioChannel
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.senses import Senses, consequences, heeded
 from clo_fleet.sim.site import Site
@@ -52,7 +47,7 @@ from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.events import Recorder, credit
-from clo_fleet.world.model import ObjectId, PlaceId, RobotId, World
+from clo_fleet.world.model import ObjectId, PerceptionMode, PlaceId, Point, RobotId, World
 
 __all__ = ["Conversation"]
 
@@ -79,17 +74,22 @@ class Conversation:
         self._words = truth.words
         self._robots = robots
         self._recorder = recorder
-        self._radio = RadioChannel(world.radio, seed=world.seed)
+        self._radio = RadioChannel(world.radio, robots, seed=world.seed)
         self._announced: dict[RobotId, Announcement] = {}
-        self._inbox: dict[RobotId, list[Event]] = {robot: [] for robot in robots}
+        self._promises: dict[RobotId, frozenset[Fact]] = {}  # what each robot that has something in hand has promised
+        self._inboxes = Inboxes(robots)
+        self._interests = Interests(robots, truth.words)
+        self._givers = tuple(robot for robot in robots.values() if self._gifts(robot))
+        self._takers = {taker for robot in self._givers for taker in self._gifts(robot)}
+        self._dull: set[RobotId] = set()  # vehicles of which nothing has changed since they last looked
 
     def begin(self) -> None:
         """The first plans: first of robots that work for themselves, then of those that are to meet others.
 
         A robot that is to hand something to another has to know where the other will come by.
         """
-        givers = [robot for robot in self._robots.values() if self._gifts(robot)]
-        for wave in ([robot for robot in self._robots.values() if robot not in givers], givers):
+        givers = {robot.id for robot in self._givers}
+        for wave in ([robot for robot in self._robots.values() if robot.id not in givers], self._givers):
             for robot in wave:
                 self._tell(robot, Begin(self.time))
             self.serve()
@@ -105,36 +105,47 @@ class Conversation:
 
     def put(self, robot: RobotId, event: Event) -> None:
         """Something for the robot's executive, to be told when the tick is over."""
-        self._inbox[robot].append(event)
+        self._dull.discard(robot)
+        self._inboxes.put(robot, event)
+
+    def note(self, facts: Iterable[Fact]) -> None:
+        """These facts have turned true or false: the robots that they are about look again, and may tell others."""
+        words = self._words
+        for fact in facts:
+            if own := words.read(fact, SensorKind.PLACE) or words.read(fact, SensorKind.HOLDING):
+                self._dull.discard(RobotId(own[0]))
+                self._inboxes.stir(RobotId(own[0]))
+            else:
+                self._dull.clear()  # it may be in sight of any of them: of a load, or of the whole building
 
     def perceive(self) -> None:
         """Every robot looks at the same snapshot; what is new to it, it also tells."""
-        listeners = [Listener(robot.id, self._site.pose(robot.id).point) for robot in self._robots.values()]
-        for robot, listener in zip(self._robots.values(), listeners, strict=True):
+        for robot in self._robots.values():
+            if robot.id in self._dull:
+                continue
             beliefs = robot.executive.beliefs
             watch = robot.executive.watch
             seen = self.senses.sight(robot.id, beliefs, watch, self.time)
             fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
-            own = self._effects(robot)
-            self._radio.tell(self.time, listener, (*flips, *own), listeners)
-        for robot_id, flips_heard in self._radio.due(self.time).items():
-            self._hear(self._robots[robot_id], flips_heard)
+            self._radio.tell(self.time, robot.id, (*flips, *self._effects(robot)), self._point)
+            if self._site.in_corridor(robot.id) and self._world.perception.mode is not PerceptionMode.FULL:
+                self._dull.add(robot.id)  # until something changes about it, it sees nothing new in there
+        self._listen()
 
     def pass_offers_on(self) -> None:
         """Ask the executives about new offers, and tell them which have ended."""
-        for robot in self._robots.values():
-            inbox = self._inbox[robot.id]
-            inbox += [OfferEnded(self.time, offer) for offer in self.offers.ended(robot.id)]
-            for offer in self.offers.untold(robot.id):
-                words = self._words
-                there = words.facts(SensorKind.PLACE, robot.id, str(offer.place))
+        words = self._words
+        for robot in self.offers.takers():
+            self._inboxes.put(robot, *(OfferEnded(self.time, offer) for offer in self.offers.ended(robot)))
+            for offer in self.offers.untold(robot):
+                there = words.facts(SensorKind.PLACE, robot, str(offer.place))
                 gift = (
-                    *(Flip(fact, True) for fact in words.facts(SensorKind.HOLDING, robot.id, offer.item)),
+                    *(Flip(fact, True) for fact in words.facts(SensorKind.HOLDING, robot, offer.item)),
                     *(Flip(fact, False) for fact in words.facts(SensorKind.HOLDING, offer.giver, offer.item)),
                 )
-                inbox.append(Offered(self.time, offer.id, offer.giver, gift, tuple(map(Condition, there))))
+                self._inboxes.put(robot, Offered(self.time, offer.id, offer.giver, gift, tuple(map(Condition, there))))
 
     def serve(self) -> None:
         """Tell the executives what happened, and let the planner answer, until nobody has a question left.
@@ -143,16 +154,16 @@ class Conversation:
         effects, so that nobody takes an object in good hands for one that is gone.
         """
         while True:
-            ended = [robot for robot in self._robots.values() if any(map(_is_ending, self._inbox[robot.id]))]
-            for robot in (*ended, *(robot for robot in self._robots.values() if robot not in ended)):
-                inbox, self._inbox[robot.id] = self._inbox[robot.id], []
+            for robot_id, inbox in self._inboxes.round():
+                robot = self._robots[robot_id]
                 for event in _in_order(self.time, inbox):
                     self._tell(robot, event)
                 self._announce(robot)
+                self._remind(robot)
             replies = self.questions.due(self.time)
             for reply in replies:
                 self._deliver(reply)
-            if not replies and not any(self._inbox.values()):
+            if not replies and not self._inboxes:
                 return
 
     def state(self) -> dict[str, Any]:
@@ -171,10 +182,27 @@ class Conversation:
         self._radio.restore(state["radio"])
         announced = map(Announcement.from_state, state["announced"])
         self._announced = {announcement.robot: announcement for announcement in announced}
+        promised = {robot: promises([announcement]) for robot, announcement in self._announced.items()}
+        self._promises = {robot: facts for robot, facts in promised.items() if facts}
         self.questions.restore(state["questions"])
         self.senses.restore(state["senses"])
 
     # ---- learning ------------------------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        """Bring what was told to those whom it concerns; in the order in which anything reached them."""
+        messages = self._radio.due(self.time)
+        heard: dict[RobotId, list[Flip]] = {}
+        for message in messages:
+            for robot in self._interests.minders([message.flip.fact]):
+                if self._radio.reaches(message, robot):
+                    heard.setdefault(robot, []).append(message.flip)
+
+        def first(robot: RobotId) -> tuple[int, RobotId]:
+            return next(n for n, message in enumerate(messages) if self._radio.reaches(message, robot)), robot
+
+        for robot in sorted(heard, key=first):
+            self._hear(self._robots[robot], heard[robot])
 
     def _hear(self, robot: Robot, flips: list[Flip]) -> None:
         """Believe what was heard of things that the robot watches and does not see for itself."""
@@ -190,7 +218,9 @@ class Conversation:
         self._learn(robot, tuple(flips), "radio")
 
     def _learn(self, robot: Robot, flips: tuple[Flip, ...], source: str) -> None:
-        waiting = {flip.fact for event in self._inbox[robot.id] if isinstance(event, Observed) for flip in event.flips}
+        waiting = {
+            flip.fact for event in self._inboxes[robot.id] if isinstance(event, Observed) for flip in event.flips
+        }
         flips = tuple(flip for flip in flips if flip.fact not in waiting)
         if not flips:
             return
@@ -199,11 +229,11 @@ class Conversation:
             by, cause = credit(flip.cause)
             helpful = Condition(flip.fact, flip.value) in opportunities and by != robot.id
             self._record(events.Sensed(robot.id, flip.fact, flip.value, source, helpful, by, cause))
-        self._inbox[robot.id].append(Observed(self.time, flips))
+        self._inboxes.put(robot.id, Observed(self.time, flips))
 
     def _effects(self, robot: Robot) -> tuple[Flip, ...]:
         """What the robot's action that ended in this tick has truly changed, to be told to others."""
-        finished = [event for event in self._inbox[robot.id] if isinstance(event, ActionFinished)]
+        finished = [event for event in self._inboxes[robot.id] if isinstance(event, ActionFinished)]
         if not finished or robot.cause is None:
             return ()
         step = robot.executive.running
@@ -228,7 +258,7 @@ class Conversation:
             plan=tuple(step for step in executive.plan if step.id not in executive.suspended),
             moving=running is not None and self._words.is_drive(running.action.schema),
             goals=executive.goals,
-            beliefs=executive.beliefs,
+            beliefs=executive.beliefs if robot.id in self._takers else frozenset(),
             in_hand=self._site.rooms.carried(robot.id),
         )
         before = self._announced.get(robot.id)
@@ -237,19 +267,32 @@ class Conversation:
         self._announced[robot.id] = announcement
         if before is None or before.plan != announcement.plan:
             self._record(events.PlanAnnounced(robot.id, tuple(step.action.name for step in announcement.plan)))
-        for other in self._robots.values():
-            if other is not robot and other.executive.mode is not Mode.NEW:
-                self._take_note(other, announcement)
+        promised, before_promised = promises([announcement]), self._promises.pop(robot.id, frozenset())
+        if promised:
+            self._promises[robot.id] = promised
+        items, words = announcement.in_hand, self._words
+        in_hand = [fact for item in items for fact in words.facts(SensorKind.HOLDING, robot.id, item)]
+        concerned = {*self._interests.minders([*in_hand, *(promised ^ before_promised)])}
+        for other in sorted(concerned.union(giver.id for giver in self._givers) - {robot.id}):
+            if self._robots[other].executive.mode is not Mode.NEW:
+                self._take_note(self._robots[other], in_hand)
 
-    def _take_note(self, robot: Robot, announcement: Announcement) -> None:
-        """What an announcement of another robot means to this one."""
-        known = [other for other in self._announced.values() if other.robot != robot.id]
-        self._inbox[robot.id].append(Promised(self.time, promises(known)))
-        robot_, items = announcement.robot, announcement.in_hand
-        in_hand = (fact for item in items for fact in self._words.facts(SensorKind.HOLDING, robot_, item))
+    def _take_note(self, robot: Robot, in_hand: Iterable[Fact]) -> None:
+        """What an announcement of another robot, with these facts in hand, means to this one."""
+        self._inboxes.put(robot.id, Promised(self.time, self._promised_to(robot.id)))
         self._hear(robot, [Flip(fact, True) for fact in in_hand if fact not in robot.executive.beliefs])
         needed = {need.fact for step in robot.executive.plan for need in step.action.needs}
         self._learn(robot, tuple(flip for flip in self._meets(robot) if flip.fact in needed), "radio")
+
+    def _remind(self, robot: Robot) -> None:
+        """Tell a robot what others have promised about things that it has not minded before."""
+        if self._promises and (promised := self._promised_to(robot.id)) != robot.executive.promised:
+            self._inboxes.put(robot.id, Promised(self.time, promised))
+
+    def _promised_to(self, robot: RobotId) -> frozenset[Fact]:
+        """What the others have promised about things that the robot minds."""
+        promised = (facts for other, facts in self._promises.items() if other != robot)
+        return self._interests.minded(robot, chain.from_iterable(promised))
 
     def _meets(self, robot: Robot) -> tuple[Flip, ...]:
         """How the places to meet others, as announced, differ from what a giver believes."""
@@ -281,6 +324,7 @@ class Conversation:
 
     def _deliver(self, reply: Reply) -> None:
         robot = self._robots[reply.robot]
+        self._inboxes.stir(robot.id)
         if reply.actions is not None:
             self._tell(robot, PlanArrived(self.time, reply.actions), reply)
             return
@@ -292,10 +336,12 @@ class Conversation:
         begin = clock.perf_counter()
         commands = robot.executive.handle(event)
         self.wall_deciding[robot.id] += clock.perf_counter() - begin
+        self._interests.renew(robot.id)
+        self._dull.discard(robot.id)
         for command in commands:
             self._obey(robot, command, reply)
         if any(isinstance(command, PlanAdopted | StepsDropped | PlanMended) for command in commands):
-            self._record(_linked(robot))
+            self._record(plan_linked(robot))
 
     def _obey(self, robot: Robot, command: Command, reply: Reply | None) -> None:
         match command:
@@ -314,53 +360,13 @@ class Conversation:
             case RefuseOffer(offer, why):
                 self.offers.answer(offer, accepted=False, why=why)
             case _:
-                self._record(_decision(robot.id, command, reply))
+                self._record(decision_told(robot.id, command, reply.expansions if reply is not None else 0))
+
+    def _point(self, robot: RobotId) -> Point:
+        return self._site.pose(robot).point
 
     def _record(self, event: events.Event) -> int:
         return self._recorder.record(self.time, event)
-
-
-def _decision(robot: RobotId, decision: Command, reply: Reply | None) -> events.Event:
-    """The event that says what an executive has decided. ``reply``: the planner's, if it decided about that."""
-    match decision:
-        case PlanAdopted(plan, superseded, _):
-            expansions = reply.expansions if reply is not None else 0
-            gone = tuple(step.action.name for step in superseded)
-            return events.PlanFollowed(robot, _named(plan), gone, expansions, cost(plan))
-        case StepsDropped(plan, reason, fact, cause):
-            return events.StepsLeftOut(robot, _named(plan), reason, fact, *credit(cause))
-        case PlanMended(added, plan, means):
-            return events.PlanMended(robot, _named(added), _named(plan), means)
-        case RepairRefused(why):
-            return events.RepairFailed(robot, why)
-        case Waits(why):
-            return events.Waiting(robot, why)
-        case Finished(outcome, why):
-            return events.GaveUp(robot, outcome, why)
-        case _:
-            return events.GoalsReached(robot)
-
-
-def _linked(robot: Robot) -> events.PlanLinked:
-    """The event that says what holds the robot's plan together."""
-    executive = robot.executive
-    watch = executive.watch
-    return events.PlanLinked(
-        robot.id,
-        tuple(
-            (link.producer, str(link.condition), link.consumer if isinstance(link.consumer, int) else None)
-            for link in executive.links.links
-        ),
-        tuple(sorted(map(fact_text, watch))) if isinstance(watch, frozenset) else None,
-    )
-
-
-def _named(plan: Plan) -> tuple[tuple[int, str], ...]:
-    return tuple((step.id, step.action.name) for step in plan)
-
-
-def _is_ending(event: Event) -> bool:
-    return isinstance(event, ActionFinished | ActionFailed | ActionCancelled)
 
 
 def _in_order(time: float, inbox: list[Event]) -> list[Event]:

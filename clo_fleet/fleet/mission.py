@@ -364,9 +364,11 @@ class Mission:
 
     def _derive(self) -> None:
         running = {robot.id: robot.cause for robot in self._robots.values() if robot.cause is not None}
-        for flip in self._truth.step(running):
+        flips = self._truth.step(running)
+        for flip in flips:
             self._record(events.FactChanged(flip.fact, flip.value, *credit(flip.cause)))
             self._judge.lively_at = self.time
+        self._conversation.note(flip.fact for flip in flips)
 
     def _track(self) -> None:
         """Write down, now and then, where everything that moved is."""

@@ -57,6 +57,11 @@ class Offers:
         self._open[offer].status = OfferStatus.ACCEPTED if accepted else OfferStatus.REFUSED
         self._recorder.record(self.time, OfferAnswered(offer, accepted, why))
 
+    def takers(self) -> list[RobotId]:
+        """The robots to which there is something to say: an offer not yet told, or one that has ended; sorted."""
+        untold = (offer for offer in self._open.values() if not offer.told)
+        return sorted({offer.taker for offer in (*untold, *self._ended)})
+
     def untold(self, taker: RobotId) -> tuple[Offer, ...]:
         """The offers to ``taker`` that it has not been asked about; from now on it has."""
         fresh = tuple(offer for offer in self._open.values() if offer.taker == taker and not offer.told)

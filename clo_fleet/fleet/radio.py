@@ -1,12 +1,14 @@
 """The radio: facts that robots have seen or brought about, told to those who want to know.
 
-A robot tells what it has learnt by its own senses and what its own actions changed. A message reaches a listener
-if the listener watches the fact, is in range, and the message is not lost; it arrives after the delay. What is
-lost is drawn from the seed and the number of the message, so that the same run loses the same ones.
+A robot tells what it has learnt by its own senses and what its own actions changed. A message reaches a robot
+if that robot is in range when it is sent, and the message is not lost; it arrives after the delay. What is lost is
+drawn from the seed and the numbers of the messages, one for each fact and each robot in range, so that the same run
+loses the same ones. One message is kept for all whom it may reach; who takes it from the air knows whom it concerns.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,67 +17,89 @@ from clo_fleet.clo.plain import plain_flip, read_flip
 from clo_fleet.world.chance import uniform
 from clo_fleet.world.model import Point, Radio, RobotId
 
-__all__ = ["Listener", "Message", "RadioChannel"]
+__all__ = ["Message", "RadioChannel"]
 
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One fact on its way to one robot."""
+    """One fact on its way.
+
+    Attributes:
+        due: when it arrives [s].
+        to: who was in range when it was sent, sorted; ``None``: everybody else.
+        first: the number of the message to the first of them.
+    """
 
     due: float
-    to: RobotId
+    sender: RobotId
     flip: Flip
-
-
-@dataclass(frozen=True, slots=True)
-class Listener:
-    """A robot that may hear: where it is [m]."""
-
-    robot: RobotId
-    point: Point
+    first: int
+    to: tuple[RobotId, ...] | None
 
 
 class RadioChannel:
-    """All messages under way."""
+    """All messages under way.
 
-    def __init__(self, radio: Radio, *, seed: int) -> None:
+    Args:
+        radio: how far and how well it carries.
+        robots: all robots.
+        seed: of what is lost.
+    """
+
+    def __init__(self, radio: Radio, robots: Iterable[RobotId], *, seed: int) -> None:
         self._radio = radio
+        self._robots = tuple(sorted(robots))
         self._seed = seed
         self._sent = 0
         self._under_way: list[Message] = []
 
-    def tell(self, time: float, sender: Listener, flips: Iterable[Flip], listeners: Iterable[Listener]) -> None:
-        """Send each flip to each listener in range."""
-        if not self._radio.facts:
+    def tell(self, time: float, sender: RobotId, flips: Iterable[Flip], point: Callable[[RobotId], Point]) -> None:
+        """Send each flip to each robot in range. ``point``: where a robot is [m]."""
+        flips = tuple(flips)
+        if not self._radio.facts or not flips:
             return
-        in_range = [listener for listener in listeners if self._reaches(sender, listener)]
+        to = None if self._radio.range is None else self._in_range(sender, self._radio.range, point)
         for flip in flips:
-            for listener in in_range:
-                self._sent += 1
-                if self._radio.loss == 0.0 or uniform(self._seed, f"radio/{self._sent}") >= self._radio.loss:
-                    self._under_way.append(Message(time + self._radio.delay, listener.robot, flip))
+            self._under_way.append(Message(time + self._radio.delay, sender, flip, self._sent + 1, to))
+            self._sent += len(self._robots) - 1 if to is None else len(to)
 
-    def due(self, time: float) -> dict[RobotId, list[Flip]]:
-        """What arrives by ``time``, by robot, in the order of sending; it is taken from the air."""
-        arrived: dict[RobotId, list[Flip]] = {}
-        for message in self._under_way:
-            if message.due <= time + 1e-9:
-                arrived.setdefault(message.to, []).append(message.flip)
+    def due(self, time: float) -> tuple[Message, ...]:
+        """What arrives by ``time``, in the order of sending; it is taken from the air."""
+        arrived = tuple(message for message in self._under_way if message.due <= time + 1e-9)
         self._under_way = [message for message in self._under_way if message.due > time + 1e-9]
         return arrived
+
+    def reaches(self, message: Message, robot: RobotId) -> bool:
+        """Whether the robot hears the message."""
+        if robot == message.sender:
+            return False
+        listeners = self._robots if message.to is None else message.to
+        rank = bisect_left(listeners, robot)
+        if listeners[rank : rank + 1] != (robot,):
+            return False
+        if self._radio.loss == 0.0:
+            return True
+        number = message.first + rank - (message.to is None and message.sender < robot)
+        return uniform(self._seed, f"radio/{number}") >= self._radio.loss
 
     def state(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "sent": self._sent,
-            "under_way": [[message.due, message.to, plain_flip(message.flip)] for message in self._under_way],
+            "under_way": [
+                [message.due, message.sender, plain_flip(message.flip), message.first, message.to and [*message.to]]
+                for message in self._under_way
+            ],
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
         self._sent = state["sent"]
-        self._under_way = [Message(due, to, read_flip(flip)) for due, to, flip in state["under_way"]]
+        self._under_way = [
+            Message(due, sender, read_flip(flip), first, to and tuple(to))
+            for due, sender, flip, first, to in state["under_way"]
+        ]
 
-    def _reaches(self, sender: Listener, listener: Listener) -> bool:
-        reach = self._radio.range
-        return sender.robot != listener.robot and (reach is None or math.dist(sender.point, listener.point) <= reach)
+    def _in_range(self, sender: RobotId, reach: float, point: Callable[[RobotId], Point]) -> tuple[RobotId, ...]:
+        here = point(sender)
+        return tuple(robot for robot in self._robots if robot != sender and math.dist(here, point(robot)) <= reach)

@@ -208,6 +208,7 @@ def test_learning_before_the_beginning_is_quiet() -> None:
     robot = Script()
     assert robot.see("(prepared o1)") == []
     assert robot.promise("(holding o2)") == []
+    assert robot.executive.promised == {("holding", "o2")}
     assert robot.executive.beliefs == START | facts("(prepared o1)")
     assert robot.executive.planning_state == START | facts("(prepared o1)", "(holding o2)")
     assert robot.mode() is Mode.NEW
