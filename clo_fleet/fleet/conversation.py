@@ -34,7 +34,7 @@ from clo_fleet.clo.messages import (
 )
 from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.fleet.announcements import Announcement, meeting_places, promises
-from clo_fleet.fleet.decisions import decision_told, plan_linked
+from clo_fleet.fleet.decisions import changes_plan, decision_told, plan_linked
 from clo_fleet.fleet.inboxes import Inboxes
 from clo_fleet.fleet.interests import Interests
 from clo_fleet.fleet.offers import Offers
@@ -340,7 +340,7 @@ class Conversation:
         self._dull.discard(robot.id)
         for command in commands:
             self._obey(robot, command, reply)
-        if any(isinstance(command, PlanAdopted | StepsDropped | PlanMended) for command in commands):
+        if any(map(changes_plan, commands)):
             self._record(plan_linked(robot))
 
     def _obey(self, robot: Robot, command: Command, reply: Reply | None) -> None:

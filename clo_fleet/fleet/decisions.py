@@ -8,7 +8,12 @@ from clo_fleet.world import events
 from clo_fleet.world.events import credit
 from clo_fleet.world.model import RobotId
 
-__all__ = ["decision_told", "plan_linked"]
+__all__ = ["changes_plan", "decision_told", "plan_linked"]
+
+
+def changes_plan(command: Command) -> bool:
+    """Whether the plan is another one by this decision."""
+    return isinstance(command, PlanAdopted | StepsDropped | PlanMended)
 
 
 def decision_told(robot: RobotId, decision: Command, expansions: int) -> events.Event:
