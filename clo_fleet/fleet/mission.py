@@ -258,9 +258,9 @@ class Mission:
         planning = {robot: desk.wall_seconds for robot, desk in self.questions.desks.items()}
         return {"planning": planning, "deciding": dict(self.wall_deciding)}
 
-    def save_traffic(self, path: Path) -> bool:
-        """Write SUMO's half of the state to a file, ``.xml`` or ``.xml.gz``; ``False``: there is none."""
-        return self._site.save_traffic(path)
+    def save_traffic(self, path: Path) -> None:
+        """Write SUMO's half of the state to a file, ``.xml`` or ``.xml.gz``; a building without corridors has none."""
+        self._site.corridors.save(path)
 
     def rebuild(self, saved: Saved) -> None:
         """Go on from what was saved, as a mission in another process will.

@@ -274,7 +274,7 @@ class Site:
         return entered
 
     def state(self) -> dict[str, Any]:
-        """Who is where, as plain data; SUMO's half of the traffic is written by ``save_traffic``."""
+        """Who is where, as plain data; SUMO's half of the traffic is for the corridors to save."""
         return {
             "rooms": self.rooms.state(),
             "doors": self.doors.state(),
@@ -285,12 +285,6 @@ class Site:
             "vehicle": {robot: route.state() for robot, route in self._vehicle.items()},
             "inserting": {robot: route.state() for robot, route in self._inserting.items()},
         }
-
-    def save_traffic(self, path: Path) -> bool:
-        """Write SUMO's half of the state to a file, ``.xml`` or ``.xml.gz``; ``False``: there is none."""
-        if self._corridors:
-            self._corridors.save(path)
-        return self._corridors is not None
 
     @classmethod
     def from_state(
@@ -304,7 +298,7 @@ class Site:
         seed: int,
         tick: float,
     ) -> Self:
-        """The site, not yet entered, that ``state()`` was taken from. ``traffic``: what ``save_traffic`` wrote then."""
+        """The site, not yet entered, that ``state()`` was taken from. ``traffic``: what the corridors saved."""
         site = cls(building, robots, objects, seed=seed, tick=tick)
         site.rooms = Rooms.from_state(building, robots, objects, state["rooms"], tick=tick)
         site.doors.restore(state["doors"])

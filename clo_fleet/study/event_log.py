@@ -1,33 +1,32 @@
 """The event log: written to ``events.jsonl`` line by line as things happen, and kept for whoever looks.
 
-A run that is cut short leaves whole lines and at most one torn one, which ``read_events`` leaves out.
+A run that is cut short leaves whole lines and at most one torn one, which ``read_events`` leaves out. A run that goes
+on from a checkpoint cuts the log back to what had been written then.
 """
 
+import hashlib
 import json
+import os
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TextIO
+from typing import Any, BinaryIO, Self
 
-from clo_fleet.errors import CloFleetError
+from clo_fleet.study.event_reading import EventLogError, Recorded, read_events, recorded
 from clo_fleet.world.events import Event, kind, plain
 
-__all__ = ["EventLog", "EventLogError", "Recorded", "read_events"]
+__all__ = ["EventLog", "EventLogError", "LogMark", "Recorded", "line", "reaches", "read_events"]
 
-Recorded = tuple[int, float, Event]
+WRITE_AFTER = 1 << 16  # bytes
 
 
-class EventLogError(CloFleetError):
-    """A line of an event log is no event.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogMark:
+    """How far a log had come: so many events, so many bytes, and the hash of those."""
 
-    Attributes:
-        path: the file.
-        line: its number, from 1.
-    """
-
-    def __init__(self, path: Path, line: int) -> None:
-        super().__init__(f"{path}:{line}: expected one event as a JSON object")
-        self.path = path
-        self.line = line
+    events: int
+    size: int
+    sha256: str
 
 
 class EventLog:
@@ -35,7 +34,9 @@ class EventLog:
 
     def __init__(self, path: Path | None = None) -> None:
         self.events: list[Recorded] = []
-        self._file: TextIO | None = None
+        self._file: BinaryIO | None = None
+        self._size = 0
+        self._hash = hashlib.sha256()
         if path is not None:
             self.write_to(path)
 
@@ -49,20 +50,45 @@ class EventLog:
 
     def write_to(self, path: Path) -> None:
         """From now on, write what happens to a new file."""
-        self._file = path.open("w", encoding="utf-8", newline="\n")
+        self._file = path.open("wb", buffering=WRITE_AFTER)
+
+    def go_on(self, path: Path, mark: LogMark) -> None:
+        """Take up the events of a file up to a mark, cut off what was written after it, and write on from there.
+
+        Raises:
+            EventLogError: if the file is not what it was at the mark; it is left as it is then.
+        """
+        written = _written(path, mark.size)
+        lines = written.splitlines()
+        if hashlib.sha256(written).hexdigest() != mark.sha256 or len(lines) != mark.events:
+            raise EventLogError(path, len(lines))
+        self.events = recorded(path, lines)
+        os.truncate(path, mark.size)
+        self._file = path.open("ab", buffering=WRITE_AFTER)
+        self._size, self._hash = mark.size, hashlib.sha256(written)
 
     def record(self, time: float, event: Event) -> int:
         """Keep the event; returns its id."""
         number = len(self.events)
         self.events.append((number, time, event))
         if self._file:
-            self._file.write(line(number, time, event) + "\n")
+            written = line(number, time, event).encode() + b"\n"
+            self._file.write(written)
+            self._size += len(written)
+            self._hash.update(written)
         return number
 
     def flush(self) -> None:
-        """Bring what has been written so far to the disk."""
+        """Hand what has been written so far to the system."""
         if self._file:
             self._file.flush()
+
+    def mark(self) -> LogMark:
+        """How far the log has come; so far it is on the disk, whatever happens next."""
+        if self._file:
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        return LogMark(events=len(self.events), size=self._size, sha256=self._hash.hexdigest())
 
     def close(self) -> None:
         """Close the file."""
@@ -71,30 +97,17 @@ class EventLog:
             self._file = None
 
 
+def reaches(path: Path, mark: LogMark) -> bool:
+    """Whether a log was written at least as far as the mark, and is up to there what it was."""
+    return path.is_file() and hashlib.sha256(_written(path, mark.size)).hexdigest() == mark.sha256
+
+
 def line(number: int, time: float, event: Event) -> str:
     """The event as one line of JSON; the same event always gives the same bytes."""
     values: dict[str, Any] = {"id": number, "t": time, "kind": kind(event), **plain(event)}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 
 
-def read_events(path: Path) -> list[dict[str, Any]]:
-    """The events of a log file as JSON objects; a torn last line is left out.
-
-    Raises:
-        EventLogError: if another line is no JSON object.
-    """
-    lines = path.read_text(encoding="utf-8").split("\n")
-    events: list[dict[str, Any]] = []
-    for number, text in enumerate(lines, start=1):
-        if not text and number == len(lines):
-            break
-        try:
-            event = json.loads(text)
-        except json.JSONDecodeError:
-            event = None
-        if not isinstance(event, dict):
-            if number == len(lines):
-                break
-            raise EventLogError(path, number)
-        events.append(event)
-    return events
+def _written(path: Path, size: int) -> bytes:
+    with path.open("rb") as file:
+        return file.read(size)

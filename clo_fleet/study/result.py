@@ -6,11 +6,11 @@ differ between two runs of the same world, strategy and seed.
 """
 
 import json
-import os
-import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+from clo_fleet.study.atomic import write_whole
 
 __all__ = ["RESULT_FORMAT", "Help", "RobotResult", "RunResult", "result_schema", "write_result"]
 
@@ -102,6 +102,7 @@ class RunResult:
         makespan_s: simulated time until the run ended.
         contacts: how often bodies touched: robots each other, robots a wall, robots an object.
         wall_limited: whether a planner met its limit of real time, so that the run depends on the machine.
+        wall_run_s: real time; as all such times, of a resumed run the sum over its parts without what was lost.
     """
 
     format: str
@@ -144,8 +145,4 @@ def result_schema() -> dict[str, Any]:
 
 def write_result(result: RunResult, path: Path) -> None:
     """Write ``result.json``, whole or not at all."""
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".result-", suffix=".json")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(result.to_json())
-    Path(temporary).chmod(0o644)
-    Path(temporary).replace(path)
+    write_whole(path, result.to_json().encode())

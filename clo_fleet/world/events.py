@@ -41,6 +41,7 @@ __all__ = [
     "Waiting",
     "credit",
     "kind",
+    "kind_of",
     "plain",
 ]
 
@@ -316,7 +317,12 @@ def kind(event: Event) -> str:
     >>> kind(GoalsReached("r1"))
     'goals_reached'
     """
-    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(event).__name__).lower()
+    return kind_of(type(event))
+
+
+def kind_of(of_class: type[Event]) -> str:
+    """The kind of all events of a class."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", of_class.__name__).lower()
 
 
 def plain(event: Event) -> dict[str, object]:

@@ -24,9 +24,8 @@ def plain(mission: Mission) -> object:
 def save(mission: Mission, folder: Path) -> Saved:
     """The mission as it stands."""
     traffic = folder / f"{mission.time:g}.xml.gz"
-    has_traffic = mission.save_traffic(traffic)
-    state = json.loads(json.dumps(mission.state()))
-    return Saved(state=state, traffic=traffic if has_traffic else None, wall=mission.wall())
+    mission.save_traffic(traffic)
+    return Saved(state=json.loads(json.dumps(mission.state())), traffic=traffic, wall=mission.wall())
 
 
 @pytest.mark.parametrize("world_name", ["hello", "three_rooms"])

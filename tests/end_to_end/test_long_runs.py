@@ -1,0 +1,151 @@
+"""A run that saves itself can be stopped at any time: who goes on with it writes what it would have written."""
+
+import json
+import random
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from clo_fleet.clo.strategies import STRATEGIES
+from clo_fleet.planning.pool import PlannerPool
+from clo_fleet.study.run import Run, planner_pool
+from clo_fleet.study.shipped import shipped
+from clo_fleet.world.model import PlanningTime, Radio, World
+from clo_fleet.world.world_file import read_world
+
+WORLDS = sorted(path.stem for path in shipped("worlds").glob("*.yaml"))
+KILLED = -9
+
+
+@pytest.fixture
+def planners() -> Iterator[PlannerPool]:
+    """Planners for one run after another."""
+    with planner_pool() as pool:
+        yield pool
+
+
+def world_file(name: str) -> Path:
+    """A world that comes with the package."""
+    return shipped("worlds") / f"{name}.yaml"
+
+
+def command(*arguments: object) -> list[str]:
+    """The command, in a process of its own."""
+    return [sys.executable, "-m", "clo_fleet", "run", *map(str, arguments), "--json"]
+
+
+def saved_everywhere(world: World, strategy: str, every: float, folder: Path, source: Path | None) -> dict[float, Path]:
+    """Run a world to its end in ``folder / "whole"``; copies of its files as they were at each checkpoint, by time."""
+    copies: dict[float, Path] = {}
+    whole = folder / "whole"
+    with Run(world, strategy, out=whole, checkpoint_every=every, source=source) as run:
+        while not run.done:
+            run.step(round(every / 0.2))
+            if (whole / f"checkpoints/{run.time:09.1f}.json.gz").exists():
+                copies[run.time] = shutil.copytree(whole, folder / f"{run.time:g}")
+        run.finish()
+    return copies
+
+
+def assert_goes_on_alike(world: str, strategy: str, every: float, folder: Path) -> None:
+    """From every checkpoint a process of its own, whatever its hash seed, comes to the same log."""
+    copies = saved_everywhere(read_world(world_file(world)), strategy, every, folder, world_file(world))
+    assert len(copies) >= 2
+    going = {
+        time: subprocess.Popen(command("--resume", copy), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        for time, copy in copies.items()
+    }
+    for time, process in going.items():
+        said, told = process.communicate(timeout=200)
+        assert process.returncode in (0, 1), told
+        assert f"goes on from {time:g} s" in told
+        assert (copies[time] / "events.jsonl").read_bytes() == (folder / "whole/events.jsonl").read_bytes(), time
+        whole = json.loads((folder / "whole/result.json").read_text(encoding="utf-8"))
+        assert without_wall(json.loads(said)) == without_wall(whole)
+
+
+def without_wall(value: object) -> object:
+    """A result without readings of the real clock."""
+    if isinstance(value, dict):
+        return {name: without_wall(part) for name, part in value.items() if not name.startswith("wall_")}
+    return [without_wall(part) for part in value] if isinstance(value, list) else value
+
+
+@pytest.mark.parametrize(("world", "every"), [("hello", 8.0), ("three_rooms", 11.0)])
+def test_from_every_checkpoint_the_same_log_follows(world: str, every: float, tmp_path: Path) -> None:
+    """Byte for byte, in other processes; and the same result but for real times."""
+    assert_goes_on_alike(world, "clo", every, tmp_path)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("world", WORLDS)
+def test_from_every_checkpoint_the_same_log_follows_with_every_strategy(
+    world: str, strategy: str, tmp_path: Path
+) -> None:
+    """All worlds, about ten checkpoints each."""
+    with Run(read_world(world_file(world)), strategy) as run:
+        makespan = run.finish().makespan_s
+    assert_goes_on_alike(world, strategy, max(0.2, round(makespan / 50) * 5 + 0.2), tmp_path)
+
+
+def test_answers_and_messages_under_way_arrive_after_a_checkpoint(tmp_path: Path, planners: PlannerPool) -> None:
+    """Planning and radio that take simulated time, durations that vary, messages that are lost: saved very often."""
+    world = read_world(world_file("three_rooms"))
+    world = replace(
+        world,
+        planning=PlanningTime(fixed=3.1),
+        radio=Radio(delay=1.5, loss=0.2),
+        skills=replace(world.skills, spread=0.3, speed_spread=0.2),
+        until=30.0,
+    )
+    copies = saved_everywhere(world, "replan", 0.6, tmp_path, None)
+    events = (tmp_path / "whole/events.jsonl").read_bytes()
+    for time in sorted(copies)[5::15]:
+        with Run.resumed(copies[time], world, planners=planners) as run:
+            assert run.resumed_at == time
+            run.finish()
+        assert (copies[time] / "events.jsonl").read_bytes() == events
+
+
+def assert_survives(world: str, every: float, kills: int, seed: int, folder: Path) -> None:
+    """A run that is killed so many times, each time it goes on, ends with the log of one that is left alone."""
+    chance = random.Random(seed)
+    whole, out = folder / "whole", folder / "killed"
+    begin = (world_file(world), "--checkpoint-every", every, "--out")
+    subprocess.run(command(*begin, whole), check=True, capture_output=True, timeout=300)
+    before, killed = command(*begin, out), 0
+    while True:
+        with subprocess.Popen(before, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+            while process.poll() is None and not (out / "run.json").exists():
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(0.05)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(chance.uniform(0.0, 4.0) if killed < kills else 300)
+            process.kill()
+            _, told = process.communicate()
+        if process.returncode != KILLED:
+            break
+        killed += 1
+        before = command("--resume", out)
+    assert process.returncode == 0, told
+    assert killed >= min(kills, 2), "it was to be killed more often than it could end"
+    assert (out / "events.jsonl").read_bytes() == (whole / "events.jsonl").read_bytes()
+
+
+def test_who_is_killed_while_saving_goes_on_as_if_nothing_had_happened(tmp_path: Path) -> None:
+    """With a checkpoint at every tick, killed again and again: mostly in the middle of saving."""
+    assert_survives("hello", 0.2, 3, 1, tmp_path)
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("seed", range(10))
+def test_fifty_kills(seed: int, tmp_path: Path) -> None:
+    """In the office, five in each of ten runs."""
+    assert_survives("office", 1.0, 5, seed, tmp_path)
