@@ -40,6 +40,7 @@ from clo_fleet.fleet.interests import Interests
 from clo_fleet.fleet.offers import Offers
 from clo_fleet.fleet.questions import Questions, Reply
 from clo_fleet.fleet.radio import RadioChannel
+from clo_fleet.robot.mishaps import Mishaps
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.senses import Senses, consequences, heeded
 from clo_fleet.sim.site import Site
@@ -74,7 +75,8 @@ class Conversation:
         self._words = truth.words
         self._robots = robots
         self._recorder = recorder
-        self._radio = RadioChannel(world.radio, robots, seed=world.seed)
+        self.radio = RadioChannel(world.radio, robots, seed=world.seed)
+        self.mishaps = Mishaps(world.seed)
         self._announced: dict[RobotId, Announcement] = {}
         self._promises: dict[RobotId, frozenset[Fact]] = {}  # what each robot that has something in hand has promised
         self._inboxes = Inboxes(robots)
@@ -125,11 +127,11 @@ class Conversation:
                 continue
             beliefs = robot.executive.beliefs
             watch = robot.executive.watch
-            seen = self.senses.sight(robot.id, beliefs, watch, self.time)
+            seen = self.senses.sight(robot.id, beliefs, watch, self.time, blind=robot.blind)
             fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
-            self._radio.tell(self.time, robot.id, (*flips, *self._effects(robot)), self._point)
+            self.radio.tell(self.time, robot.id, (*flips, *self._effects(robot)), self._point)
             if self._site.in_corridor(robot.id) and self._world.perception.mode is not PerceptionMode.FULL:
                 self._dull.add(robot.id)  # until something changes about it, it sees nothing new in there
         self._listen()
@@ -139,13 +141,20 @@ class Conversation:
         words = self._words
         for robot in self.offers.takers():
             self._inboxes.put(robot, *(OfferEnded(self.time, offer) for offer in self.offers.ended(robot)))
-            for offer in self.offers.untold(robot):
+            for offer in self.offers.untold(robot, self.radio.lost):
                 there = words.facts(SensorKind.PLACE, robot, str(offer.place))
                 gift = (
                     *(Flip(fact, True) for fact in words.facts(SensorKind.HOLDING, robot, offer.item)),
                     *(Flip(fact, False) for fact in words.facts(SensorKind.HOLDING, offer.giver, offer.item)),
                 )
                 self._inboxes.put(robot, Offered(self.time, offer.id, offer.giver, gift, tuple(map(Condition, there))))
+
+    def reconnect(self, robot: RobotId) -> None:
+        """The robot's radio works again: it hears what the others mean to do now."""
+        others = [said for said in self._announced.values() if said.robot != robot]
+        in_hand = [(said.robot, item) for said in others for item in said.in_hand]
+        known = [fact for pair in in_hand for fact in self._words.facts(SensorKind.HOLDING, *pair)]
+        self._take_note(self._robots[robot], known)
 
     def serve(self) -> None:
         """Tell the executives what happened, and let the planner answer, until nobody has a question left.
@@ -170,36 +179,38 @@ class Conversation:
         """Plain data; between ticks all inboxes are empty."""
         return {
             "offers": self.offers.state(),
-            "radio": self._radio.state(),
+            "radio": self.radio.state(),
             "announced": [announcement.state() for announcement in self._announced.values()],
             "questions": self.questions.state(),
             "senses": self.senses.state(),
+            "mishaps": self.mishaps.state(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
         self.offers.restore(state["offers"])
-        self._radio.restore(state["radio"])
+        self.radio.restore(state["radio"])
         announced = map(Announcement.from_state, state["announced"])
         self._announced = {announcement.robot: announcement for announcement in announced}
         promised = {robot: promises([announcement]) for robot, announcement in self._announced.items()}
         self._promises = {robot: facts for robot, facts in promised.items() if facts}
         self.questions.restore(state["questions"])
         self.senses.restore(state["senses"])
+        self.mishaps.restore(state["mishaps"])
 
     # ---- learning ------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
         """Bring what was told to those whom it concerns; in the order in which anything reached them."""
-        messages = self._radio.due(self.time)
+        messages = self.radio.due(self.time)
         heard: dict[RobotId, list[Flip]] = {}
         for message in messages:
             for robot in self._interests.minders([message.flip.fact]):
-                if self._radio.reaches(message, robot):
+                if self.radio.reaches(message, robot):
                     heard.setdefault(robot, []).append(message.flip)
 
         def first(robot: RobotId) -> tuple[int, RobotId]:
-            return next(n for n, message in enumerate(messages) if self._radio.reaches(message, robot)), robot
+            return next(n for n, message in enumerate(messages) if self.radio.reaches(message, robot)), robot
 
         for robot in sorted(heard, key=first):
             self._hear(self._robots[robot], heard[robot])
@@ -250,6 +261,8 @@ class Conversation:
     def _announce(self, robot: Robot) -> None:
         """Tell the others what the robot means to do, if that has changed, and what follows for them."""
         executive, running = robot.executive, robot.executive.running
+        if robot.id in self.radio.lost:
+            return
         if executive.mode in (Mode.NEW, Mode.PLANNING) and robot.id not in self._announced:
             return
         announcement = Announcement(
@@ -274,7 +287,7 @@ class Conversation:
         in_hand = [fact for item in items for fact in words.facts(SensorKind.HOLDING, robot.id, item)]
         concerned = {*self._interests.minders([*in_hand, *(promised ^ before_promised)])}
         for other in sorted(concerned.union(giver.id for giver in self._givers) - {robot.id}):
-            if self._robots[other].executive.mode is not Mode.NEW:
+            if self._robots[other].executive.mode is not Mode.NEW and other not in self.radio.lost:
                 self._take_note(self._robots[other], in_hand)
 
     def _take_note(self, robot: Robot, in_hand: Iterable[Fact]) -> None:
@@ -286,6 +299,8 @@ class Conversation:
 
     def _remind(self, robot: Robot) -> None:
         """Tell a robot what others have promised about things that it has not minded before."""
+        if robot.id in self.radio.lost:
+            return
         if self._promises and (promised := self._promised_to(robot.id)) != robot.executive.promised:
             self._inboxes.put(robot.id, Promised(self.time, promised))
 
@@ -296,6 +311,8 @@ class Conversation:
 
     def _meets(self, robot: Robot) -> tuple[Flip, ...]:
         """How the places to meet others, as announced, differ from what a giver believes."""
+        if robot.id in self.radio.lost:
+            return ()
         words = self._words
         now: set[Fact] = {
             fact
@@ -347,7 +364,8 @@ class Conversation:
         match command:
             case StartAction(step):
                 started = self._record(events.ActionStarted(robot.id, step.id, step.action.name))
-                robot.begin(step, started, self._words, self._world.skills)
+                doomed = self.mishaps.strikes(robot.id, step.action.schema, self.time)
+                robot.begin(step, started, self._words, self._world.skills, mishap=self.time if doomed else None)
             case CancelAction():
                 robot.cancel()
             case AskPlan(why):

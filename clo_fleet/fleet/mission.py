@@ -26,6 +26,7 @@ from clo_fleet.clo.plan import Plan, goals_of
 from clo_fleet.clo.strategies import Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.conversation import Conversation
+from clo_fleet.fleet.disturbances import Disturbances
 from clo_fleet.fleet.judge import Judge
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
@@ -41,7 +42,7 @@ from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
 from clo_fleet.world.chance import varied
 from clo_fleet.world.events import EVENTS_FORMAT, Recorder, credit
-from clo_fleet.world.model import ObjectMoved, Pose, RobotId, RobotSpec, World
+from clo_fleet.world.model import Pose, RobotId, RobotSpec, World
 from clo_fleet.world.vocabulary import vocabulary
 
 __all__ = ["TICK", "Mission", "RobotView"]
@@ -119,19 +120,20 @@ class Mission:
         self._judge = Judge(frozenset(goal for spec in world.robots for goal in spec.goals))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
         self._standing: dict[str, str] = {}
-        self._disturbances = sorted(world.disturbances, key=lambda disturbance: disturbance.time)
         if saved and state:
             self._truth.restore(state["truth"])
             self._conversation.restore(state["conversation"])
             self._judge.restore(state["judge"])
             self._tracks.restore(state["tracks"])
             self._standing.update(state["standing"])
-            self._disturbances = self._disturbances[len(self._disturbances) - state["disturbances_left"] :]
             self.questions.restore_wall(saved.wall["planning"])
             self.wall_deciding.update(saved.wall["deciding"])
         elif spread := world.skills.speed_spread:
             for spec in world.robots:
                 self._site.slow(spec.id, varied(spec.max_speed, spread, world.seed, f"{spec.id}/speed"))
+        self._disturbances = Disturbances(world, self._site, self._truth, self._robots, self._conversation)
+        if state:
+            self._disturbances.restore(state["disturbances"])
 
     def _robot(self, spec: RobotSpec, state: Mapping[str, Any] | None) -> Robot:
         actions = Repertoire(spec.id, self._questions.scene)
@@ -228,7 +230,7 @@ class Mission:
             self._begin()
         self._ticks += 1
         self.time = self._conversation.time = round(self._ticks * TICK, 3)
-        self._disturb()
+        self._disturbances.step(self.time, self._recorder)
         self._act()
         self._site.step()
         self._derive()
@@ -250,7 +252,7 @@ class Mission:
             "judge": self._judge.state(),
             "tracks": self._tracks.state(),
             "standing": dict(self._standing),
-            "disturbances_left": len(self._disturbances),
+            "disturbances": self._disturbances.state(),
         }
 
     def wall(self) -> dict[str, dict[RobotId, float]]:
@@ -291,20 +293,8 @@ class Mission:
             )
         )
         self._track()
+        self._disturbances.step(self.time, self._recorder)
         self._conversation.begin()
-
-    def _disturb(self) -> None:
-        while self._disturbances and self._disturbances[0].time <= self.time + 1e-9:
-            disturbance = self._disturbances.pop(0)
-            if isinstance(disturbance, ObjectMoved):
-                detail = "carried by a robot: left alone"
-                if self._site.rooms.carrier(disturbance.object) is None:
-                    self._site.rooms.move_item(disturbance.object, disturbance.position)
-                    detail = f"to {disturbance.position[0]:g} {disturbance.position[1]:g}"
-                self._record(events.Disturbed("object_moved", disturbance.object, detail))
-            else:
-                self._site.slow(disturbance.robot, disturbance.max_speed)
-                self._record(events.Disturbed("robot_slowed", disturbance.robot, f"{disturbance.max_speed:g} m/s"))
 
     def _act(self) -> None:
         """Step every skill; steer those robots that are bodies."""
@@ -381,10 +371,10 @@ class Mission:
                 self._judge.lively_at = self.time
 
     def _end(self, until: float) -> None:
-        """End the run if it has come to an end; what is still to happen by the schedule is waited for."""
+        """End the run if it has come to an end; what the schedule still has in store, and may help, is waited for."""
         executives = {str(robot.id): robot.executive for robot in self._robots.values()}
-        if self._disturbances:
-            self._judge.idle_since = None
+        if self._disturbances.help_may_come:
+            self._judge.idle_since, self._judge.lively_at = None, self.time
         verdict = self._judge.verdict(self.time, until, self._truth.facts, executives, self._standing)
         if verdict is None:
             return

@@ -1,5 +1,6 @@
 """The offers of objects from robot to robot that are open at present."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,9 +63,16 @@ class Offers:
         untold = (offer for offer in self._open.values() if not offer.told)
         return sorted({offer.taker for offer in (*untold, *self._ended)})
 
-    def untold(self, taker: RobotId) -> tuple[Offer, ...]:
-        """The offers to ``taker`` that it has not been asked about; from now on it has."""
-        fresh = tuple(offer for offer in self._open.values() if offer.taker == taker and not offer.told)
+    def untold(self, taker: RobotId, unheard: Collection[RobotId] = ()) -> tuple[Offer, ...]:
+        """The offers to ``taker`` that it has not been asked about; from now on it has.
+
+        ``unheard``: robots that can neither ask nor be asked at present.
+        """
+        fresh = tuple(
+            offer
+            for offer in self._open.values()
+            if offer.taker == taker and not offer.told and not {taker, offer.giver} & {*unheard}
+        )
         for offer in fresh:
             offer.told = True
         return fresh

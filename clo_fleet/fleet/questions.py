@@ -23,7 +23,8 @@ from clo_fleet.planning.planner import (
     PlannerOutOfTime,
     PlanReply,
 )
-from clo_fleet.planning.pool import PlannerPool
+from clo_fleet.planning.planner_faults import PlannerFaults
+from clo_fleet.planning.pool import KILLED, PlannerPool
 from clo_fleet.planning.problem import Scene, planning_task
 from clo_fleet.world.binding import SensorKind, SkillKind
 from clo_fleet.world.model import RobotId, World
@@ -83,6 +84,7 @@ class Questions:
         desks: what each robot's questions have cost.
         wall_limited: whether some answer depended on the machine's speed.
         scene: what stays the same from one question to the next.
+        faults: what befalls the robots' planners.
     """
 
     world: World
@@ -96,6 +98,7 @@ class Questions:
     _ways: dict[str, dict[str, float]] = field(default_factory=dict, repr=False)
     _asked: dict[RobotId, float] = field(default_factory=dict, repr=False)
     _answered: list[Reply] = field(default_factory=list, repr=False)
+    faults: PlannerFaults = field(default_factory=PlannerFaults)
 
     def __post_init__(self) -> None:
         world = self.world
@@ -131,6 +134,19 @@ class Questions:
         """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""
         self._asked[robot] = time
         self._pool.submit(robot, planning_task(robot, self.scene, state, goals))
+        if self.faults.strikes(robot):
+            self._pool.kill(robot)
+
+    def kill(self, robot: RobotId, time: float) -> bool:
+        """Have the robot's planner die, now [s] or over the next question; whether it is now."""
+        pending = next((reply for reply in self._answered if reply.robot == robot), None)
+        if pending is None:
+            self.faults.doomed.add(robot)
+            return False
+        self._answered.remove(pending)
+        died = Reply(robot=robot, due=time, actions=None, failure=PlanFailure.DIED, detail=KILLED)
+        self._answered.append(died)
+        return True
 
     def earliest(self, robot: RobotId, state: frozenset[Fact], items: Iterable[str], place: str) -> float:
         """The least that it costs ``robot`` to bring one of ``items`` to ``place`` [0.1 s], as it believes."""
@@ -157,6 +173,7 @@ class Questions:
             "answered": [reply.state() for reply in self._answered],
             "desks": {robot: [desk.calls, desk.expansions, desk.seconds] for robot, desk in self.desks.items()},
             "wall_limited": self.wall_limited,
+            "faults": self.faults.state(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -166,6 +183,7 @@ class Questions:
             desk = self.desks[robot]
             desk.calls, desk.expansions, desk.seconds = calls, expansions, seconds
         self.wall_limited = state["wall_limited"]
+        self.faults.restore(state["faults"])
 
     def restore_wall(self, seconds: Mapping[RobotId, float]) -> None:
         """Count on from these real times [s]."""
@@ -210,7 +228,7 @@ class Questions:
     def _answer(self, robot: RobotId, asked: float, reply: PlanReply) -> Reply:
         planning, desk = self.world.planning, self.desks[robot]
         expansions = 0 if isinstance(reply, PlannerDied) else reply.expansions or 0
-        seconds = planning.fixed + planning.per_expansion * expansions
+        seconds = planning.fixed + planning.per_expansion * expansions + self.faults.delay(robot)
         desk.calls += 1
         desk.expansions += expansions
         desk.seconds += seconds

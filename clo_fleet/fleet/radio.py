@@ -38,7 +38,7 @@ class Message:
 
 
 class RadioChannel:
-    """All messages under way.
+    """All messages under way. ``lost``: the robots whose radio does not work: they neither tell nor hear.
 
     Args:
         radio: how far and how well it carries.
@@ -52,11 +52,12 @@ class RadioChannel:
         self._seed = seed
         self._sent = 0
         self._under_way: list[Message] = []
+        self.lost: set[RobotId] = set()
 
     def tell(self, time: float, sender: RobotId, flips: Iterable[Flip], point: Callable[[RobotId], Point]) -> None:
         """Send each flip to each robot in range. ``point``: where a robot is [m]."""
         flips = tuple(flips)
-        if not self._radio.facts or not flips:
+        if not self._radio.facts or not flips or sender in self.lost:
             return
         to = None if self._radio.range is None else self._in_range(sender, self._radio.range, point)
         for flip in flips:
@@ -71,7 +72,7 @@ class RadioChannel:
 
     def reaches(self, message: Message, robot: RobotId) -> bool:
         """Whether the robot hears the message."""
-        if robot == message.sender:
+        if robot == message.sender or robot in self.lost:
             return False
         listeners = self._robots if message.to is None else message.to
         rank = bisect_left(listeners, robot)
@@ -86,6 +87,7 @@ class RadioChannel:
         """Plain data."""
         return {
             "sent": self._sent,
+            "lost": sorted(self.lost),
             "under_way": [
                 [message.due, message.sender, plain_flip(message.flip), message.first, message.to and [*message.to]]
                 for message in self._under_way
@@ -95,6 +97,7 @@ class RadioChannel:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
         self._sent = state["sent"]
+        self.lost = set(state["lost"])
         self._under_way = [
             Message(due, sender, read_flip(flip), first, to and tuple(to))
             for due, sender, flip, first, to in state["under_way"]

@@ -29,13 +29,14 @@ from clo_fleet.planning.planner import Answer, PlanReply, Verdict, reply_to
 from clo_fleet.planning.problem import PlanningTask, check
 from clo_fleet.world.schemas import Domain
 
-__all__ = ["JobError", "PlannerPool"]
+__all__ = ["KILLED", "JobError", "PlannerPool"]
 
 START_LIMIT = 60.0  # [s] for a worker to import unified-planning: 20 times what it takes on a busy machine
 GRACE = 1.0  # [s] past the wall limit, in which a worker may end its planner itself and live
 LAST_WORDS = 500  # characters of a dead worker's standard error that make the reason
 CHUNK = 1 << 16
 ERRORS = "worker.err"
+KILLED = "killed"  # the reason, whatever the worker was about
 
 
 class JobError(CloFleetError):
@@ -130,6 +131,22 @@ class PlannerPool:
         """The reply to ``task``, waited for."""
         self.submit("", task)
         return self.result("")
+
+    def kill(self, key: str) -> None:
+        """Kills the worker that plans for the job, as a fault would. Its reply is that the planner died, in any case.
+
+        Raises:
+            JobError: if there is no such job.
+        """
+        if key not in self._tasks:
+            raise JobError(key, "never submitted, or fetched already")
+        worker = next((worker for worker in self._workers if worker.job == key), None)
+        if worker is not None:
+            self._lose(worker, Verdict.DIED)
+        elif key in self._queue:
+            self._queue.remove(key)
+        wall_seconds = self._answers[key].wall_seconds if key in self._answers else 0.0
+        self._answers[key] = Answer(verdict=Verdict.DIED, reason=KILLED, wall_seconds=wall_seconds)
 
     def kill_one(self) -> None:
         """Kills a worker, a busy one if there is one, as a fault would: the job that it has is answered so."""

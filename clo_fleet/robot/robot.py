@@ -11,6 +11,7 @@ from clo_fleet.clo.plain import plain_cause, read_cause
 from clo_fleet.clo.plan import Step
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.drive import Drive
+from clo_fleet.robot.handling import Handle
 from clo_fleet.robot.skill import Body, Cancelled, Done, Exchange, Failed, Progress, Skill, Under
 from clo_fleet.robot.skills import saved_skill, skill_of
 from clo_fleet.sim.site import Site
@@ -20,6 +21,8 @@ from clo_fleet.world.model import Point, RobotId, RobotSpec, SkillSettings
 from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["Meters", "Robot"]
+
+STRIKES_AFTER = 1.0  # [s] after an action began, a mishap strikes; a drive at once, because doorways come soon
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +36,12 @@ class Meters:
 
 
 class Robot:
-    """The body of one executive. It carries out one step at a time."""
+    """The body of one executive. It carries out one step at a time.
+
+    Attributes:
+        broken: it stands where it is, and does nothing with its hands either.
+        blind: it does not see; it drives on, but what takes eyes waits.
+    """
 
     def __init__(self, spec: RobotSpec, executive: Executive, *, seed: int) -> None:
         self.spec = spec
@@ -45,18 +53,29 @@ class Robot:
         self._factor = 1.0
         self._last: Point = spec.pose.point
         self._aside = StandAside()
+        self._mishap: float | None = None
+        self.broken = False
+        self.blind = False
 
     @property
     def id(self) -> RobotId:
         """The robot's id."""
         return self.spec.id
 
-    def begin(self, step: Step, event: int, words: Vocabulary, settings: SkillSettings) -> None:
-        """Start the skill of ``step``, whose start is event ``event`` of the log."""
+    def begin(
+        self, step: Step, event: int, words: Vocabulary, settings: SkillSettings, *, mishap: float | None = None
+    ) -> None:
+        """Start the skill of ``step``, whose start is event ``event`` of the log.
+
+        ``mishap``: the time [s] of a start that is doomed: the skill will fail once it is under way.
+        """
         self._skill = skill_of(words.deed(step.action))
         self._factor = varied(1.0, settings.spread, self._seed, f"{self.id}/skills/{step.id}")
         self.cause = Cause(self.id, step.action.name, event)
         self._aside = StandAside()
+        self._mishap = None
+        if mishap is not None:
+            self._mishap = mishap if isinstance(self._skill, Drive) else mishap + STRIKES_AFTER
 
     def cancel(self) -> None:
         """Ask the skill to stop where that is safe."""
@@ -65,6 +84,10 @@ class Robot:
 
     def step(self, site: Site, truth: Truth, exchange: Exchange, settings: SkillSettings, time: float) -> Progress:
         """Go on for one tick: with the skill, or standing out of the way."""
+        if self.broken:
+            return self._stand(site, "its repair")
+        if self.blind and isinstance(self._skill, Handle):
+            return self._stand(site, "its sight")
         running = self.executive.running
         if self._skill is None or self.cause is None or running is None:
             return self._aside.step(site, self.spec, time)
@@ -80,7 +103,7 @@ class Robot:
             action=action,
             takes=truth.words.duration(action.schema, settings) * self._factor,
         )
-        progress = self._skill.step(body)
+        progress = self._struck(self._skill.step(body), time)
         self._measure(site, progress)
         if isinstance(progress, Done):
             changes = dict.fromkeys(action.deletes, False) | dict.fromkeys(action.adds, True)
@@ -116,6 +139,9 @@ class Robot:
             "meters": asdict(self.meters),
             "last": list(self._last),
             "aside": self._aside.state(),
+            "mishap": self._mishap,
+            "broken": self.broken,
+            "blind": self.blind,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -126,6 +152,25 @@ class Robot:
         self.meters = Meters(**state["meters"])
         self._last = (state["last"][0], state["last"][1])
         self._aside = StandAside.from_state(state["aside"])
+        self._mishap = state["mishap"]
+        self.broken, self.blind = state["broken"], state["blind"]
+
+    def _stand(self, site: Site, why: str) -> Under:
+        """Do nothing for a tick."""
+        under = Under(direct=True, standing_for=why)
+        if self._skill is not None:
+            self._measure(site, under)
+        return under
+
+    def _struck(self, progress: Progress, time: float) -> Progress:
+        """What comes of the skill's progress if it is doomed: it is stopped, and that is a failure."""
+        if self._mishap is None or self._skill is None:
+            return progress
+        if isinstance(progress, Cancelled):
+            return Failed("a mishap")
+        if time >= self._mishap - 1e-9:
+            self._skill.cancel()
+        return progress
 
     def _measure(self, site: Site, progress: Progress) -> None:
         tick = site.tick

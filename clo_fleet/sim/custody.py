@@ -1,8 +1,8 @@
 """Who is in the rooms and who carries what: the books that the physics of the rooms keeps to.
 
-An item lies free or is carried, each on a numbered seat of one robot; a robot is present in the rooms or
-away in a corridor, and what it carries is where it is. Every question and change checks its ids first,
-so that misuse raises before anything has changed.
+An item lies free, is carried, each on a numbered seat of one robot, or is gone, taken out of the building; a robot is
+present in the rooms or away in a corridor, and what it carries is where it is. Every question and change checks its ids
+first, so that misuse raises before anything has changed.
 """
 
 from collections.abc import Iterable, Mapping
@@ -45,7 +45,7 @@ class PresenceError(RoomsError):
 
 
 class CarrierError(RoomsError):
-    """An object is carried that should lie free, or is not carried by the robot that was named.
+    """An object is carried or gone that should lie free, or is not carried by the robot that was named.
 
     Attributes:
         obj: its id.
@@ -65,6 +65,7 @@ class Custody:
         self._cargo: dict[RobotId, dict[ObjectId, int]] = {robot: {} for robot in robots}  # object -> seat
         self._carrier: dict[ObjectId, RobotId | None] = dict.fromkeys(objects)
         self._present: set[RobotId] = set()
+        self._gone: set[ObjectId] = set()
 
     def check_robot(self, robot: RobotId) -> None:
         """Raise ``UnknownBodyError`` unless there is such a robot."""
@@ -78,7 +79,7 @@ class Custody:
 
     def check_carrier(self, obj: ObjectId, carrier: RobotId | None) -> None:
         """Raise ``CarrierError`` unless this robot has the object, or nobody."""
-        if self.carrier(obj) != carrier:
+        if self.carrier(obj) != carrier or self.gone(obj):
             raise CarrierError(obj, self.carrier(obj))
 
     def present(self, robot: RobotId) -> bool:
@@ -95,6 +96,21 @@ class Custody:
         if obj not in self._carrier:
             raise UnknownBodyError("object", obj)
         return self._carrier[obj]
+
+    def gone(self, obj: ObjectId) -> bool:
+        """Whether an object has been taken out of the building."""
+        return obj in self._gone
+
+    def take_away(self, obj: ObjectId) -> None:
+        """Book a free object as gone."""
+        self.check_carrier(obj, None)
+        self._gone.add(obj)
+
+    def bring_back(self, obj: ObjectId) -> None:
+        """Book an object that is gone as free again."""
+        if not self.gone(obj):
+            raise CarrierError(obj, self.carrier(obj))
+        self._gone.remove(obj)
 
     def carried(self, robot: RobotId) -> tuple[ObjectId, ...]:
         """What a robot has, in the order of ids."""
@@ -134,13 +150,14 @@ class Custody:
     def state(self) -> dict[str, Any]:
         """The books as plain data."""
         cargo = {robot: dict(sorted(cargo.items())) for robot, cargo in self._cargo.items() if cargo}
-        return {"present": sorted(self._present), "cargo": cargo}
+        return {"present": sorted(self._present), "cargo": cargo, "gone": sorted(self._gone)}
 
     @classmethod
     def from_state(cls, robots: Iterable[RobotId], objects: Iterable[ObjectId], state: Mapping[str, Any]) -> "Custody":
         """The books as ``state()`` returned them."""
         custody = cls(robots, objects)
         custody._present.update(state["present"])
+        custody._gone.update(state["gone"])
         for robot, cargo in state["cargo"].items():
             custody._cargo[robot].update(cargo)
             custody._carrier.update(dict.fromkeys(cargo, robot))

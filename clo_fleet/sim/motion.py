@@ -7,12 +7,16 @@ was last told, and turns to face it; an item wants to rest, which is friction.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["SLIDING", "Drives", "Numbers", "Slots"]
+from clo_fleet.world.model import ObjectSpec, RobotSpec
+
+__all__ = ["SLIDING", "Drives", "Numbers", "Slots", "starting_state"]
 
 SLIDING = 2.5  # [m/s2] how fast a sliding item slows down: a friction of 0.25, at rest within a second
 TURNING = 3.0  # [rad/s] how fast a robot turns to face where it goes
@@ -73,6 +77,18 @@ class Drives:
         spin = np.where(self.hangs[slots], now[:, 3], 0.0)
         spin = np.where(self.steers[slots], np.clip(turn / duration, -TURNING, TURNING), spin)
         return np.column_stack((spin, change * (power * self.mass[slots])[:, None]))
+
+
+def starting_state(robots: Sequence[RobotSpec], objects: Sequence[ObjectSpec]) -> dict[str, Any]:
+    """The state in which everything is where its spec says."""
+    rest = {"velocity": [0.0, 0.0], "wanted": [0.0, 0.0]}
+    poses = {r.id: {"pose": [r.pose.x, r.pose.y, r.pose.heading], "facing": r.pose.heading} for r in robots}
+    return {
+        "robots": {r.id: rest | poses[r.id] | {"max_speed": r.max_speed} for r in robots},
+        "items": {o.id: {"pose": [*o.position, 0.0], "velocity": [0.0, 0.0], "pusher": None} for o in objects},
+        "custody": {"present": list(poses), "cargo": {}, "gone": []},
+        "contacts": [0, 0, 0],
+    }
 
 
 def _length(vectors: Numbers) -> Numbers:

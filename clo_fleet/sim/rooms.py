@@ -1,15 +1,14 @@
 """The rooms: robots and items as discs among walls, in one pymunk space with the building's coordinates.
 
-Theory of operation. Each tick is a few substeps; in each, ``motion.Drives`` says with what force every
-disc follows its wish, and the engine does the rest. ``custody.Custody`` knows who is present and who
-carries what. A carried item hangs on its robot by two joints, on a seat within the robot's rim, and
-meets nothing; while its robot is in a corridor, neither is in the space. Bodies are read and written in
-batches, in the engine's own order, which changes as bodies come and go; ``_order`` maps its rows to our
-slots: robots first, then objects, each sorted by id.
+Theory of operation. Each tick is a few substeps; in each, ``motion.Drives`` says with what force every disc follows its
+wish, and the engine does the rest. ``custody.Custody`` knows who is present and who carries what. A carried item hangs
+on its robot by two joints, on a seat within the robot's rim, and meets nothing; while its robot is in a corridor,
+neither is in the space. Bodies are read and written in batches, in the engine's own order, which changes as bodies come
+and go; ``_order`` maps its rows to our slots: robots, then objects, each sorted by id.
 
-The engine keeps contacts from step to step, so a space rebuilt from ``state()`` goes on a little
-differently from the one that it was taken from (and notes a touch that lasts anew), while two that are
-rebuilt agree to the last bit: a run that is to be resumed exactly must itself continue on the rebuilt one.
+The engine keeps contacts from step to step, so a space rebuilt from ``state()`` goes on a little differently from the
+one that it was taken from (and notes a touch that lasts anew), while two that are rebuilt agree to the last bit: a run
+that is to be resumed exactly must itself continue on the rebuilt one.
 """
 
 import math
@@ -23,7 +22,7 @@ import pymunk.batch
 from pymunk.batch import BodyFields
 
 from clo_fleet.sim.custody import CarrierError, Custody, PresenceError, RoomsError, UnknownBodyError
-from clo_fleet.sim.motion import Drives, Numbers, Slots
+from clo_fleet.sim.motion import Drives, Numbers, Slots, starting_state
 from clo_fleet.sim.walls import spots, walls
 from clo_fleet.world.model import BuildingMap, ObjectId, ObjectSpec, Point, Pose, RobotId, RobotSpec, RoomId
 
@@ -65,8 +64,7 @@ class Rooms:
     """Robots and items in the rooms of a building.
 
     Misuse raises a ``RoomsError`` and changes nothing: ``UnknownBodyError`` for an id that there is not,
-    ``PresenceError`` for what a robot in a corridor cannot do, ``CarrierError`` for an item that another
-    robot has than the one named, or that should lie free.
+    ``PresenceError`` for what a robot in a corridor cannot do, ``CarrierError`` for an item that is in other hands.
 
     Args:
         building: its rooms and doors.
@@ -105,22 +103,16 @@ class Rooms:
         self._pusher: dict[ObjectId, RobotId | None] = dict.fromkeys(self._items)
         self._slot_of = {disc.body.id: disc.slot for disc in (*self._robots.values(), *self._items.values())}
         self._space = self._empty_space()
-        state = _start(robots, objects) if state is None else state
+        state = starting_state(robots, objects) if state is None else state
         self._custody = Custody.from_state(self._robots, self._items, state["custody"])
         self._contacts: list[int] = list(state["contacts"])
         self._place(state["robots"], state["items"])
 
     @classmethod
     def from_state(
-        cls,
-        building: BuildingMap,
-        robots: Sequence[RobotSpec],
-        objects: Sequence[ObjectSpec],
-        state: Mapping[str, Any],
-        *,
-        tick: float = 0.2,
-        substeps: int = 4,
-    ) -> "Rooms":
+        cls, building: BuildingMap, robots: Sequence[RobotSpec], objects: Sequence[ObjectSpec],
+        state: Mapping[str, Any], *, tick: float = 0.2, substeps: int = 4,
+    ) -> "Rooms":  # fmt: skip
         """The rooms rebuilt from what ``state()`` returned; any two rebuilt from it behave alike."""
         return cls(building, robots, objects, tick=tick, substeps=substeps, state=state)
 
@@ -202,14 +194,18 @@ class Rooms:
         return Contacts(*self._contacts)
 
     def item_position(self, obj: ObjectId) -> Point | None:
-        """Where an item is [m]; ``None`` while its carrier is in a corridor."""
+        """Where an item is [m]; ``None`` while its carrier is in a corridor, and while it is gone."""
         carrier = self._custody.carrier(obj)
-        away = carrier is not None and not self._custody.present(carrier)
+        away = self._custody.gone(obj) or (carrier is not None and not self._custody.present(carrier))
         return None if away else _pair(self._at[self._items[obj].slot].tolist())
 
     def carrier(self, obj: ObjectId) -> RobotId | None:
         """The robot that carries an item; ``None``: nobody does."""
         return self._custody.carrier(obj)
+
+    def gone(self, obj: ObjectId) -> bool:
+        """Whether an item has been taken out of the building."""
+        return self._custody.gone(obj)
 
     def carried(self, robot: RobotId) -> tuple[ObjectId, ...]:
         """What a robot carries, in the order of ids."""
@@ -242,6 +238,17 @@ class Rooms:
         self._custody.check_carrier(obj, None)
         self._pusher[obj] = None
         self._put(self._items[obj], Pose(*position))
+
+    def take_away(self, obj: ObjectId) -> None:
+        """Take an item that lies free out of the building."""
+        self._custody.take_away(obj)
+        self._pusher[obj] = None
+        self._leave(self._items[obj])
+
+    def bring_back(self, obj: ObjectId, position: Point) -> None:
+        """Put an item that is gone down at ``position`` [m]."""
+        self._custody.bring_back(obj)
+        self._enter(self._items[obj], Pose(*position))
 
     def push_item(self, obj: ObjectId, velocity: tuple[float, float]) -> None:
         """Give an item a velocity [m/s]; friction stops it."""
@@ -298,9 +305,9 @@ class Rooms:
         for obj, item in self._items.items():
             carrier, saved, n = self._custody.carrier(obj), items[obj], item.slot
             self._pusher[obj], self._at[n], self._velocity[n] = saved["pusher"], saved["pose"], saved["velocity"]
-            if carrier is None:
+            if carrier is None and not self._custody.gone(obj):
                 self._enter(item, Pose(*saved["pose"]), saved["velocity"])
-            elif self._custody.present(carrier):
+            elif carrier is not None and self._custody.present(carrier):
                 self._hook(carrier, obj)
                 self._put(item, Pose(*saved["pose"]), saved["velocity"])
 
@@ -366,18 +373,6 @@ class Rooms:
         self._out.clear()
         pymunk.batch.get_space_bodies(self._space, fields, self._out)
         return np.frombuffer(self._out.float_buf(), dtype=np.float64).reshape(-1, width).copy()
-
-
-def _start(robots: Sequence[RobotSpec], objects: Sequence[ObjectSpec]) -> dict[str, Any]:
-    """The state in which everything is where its spec says."""
-    rest = {"velocity": [0.0, 0.0], "wanted": [0.0, 0.0]}
-    poses = {r.id: {"pose": [r.pose.x, r.pose.y, r.pose.heading], "facing": r.pose.heading} for r in robots}
-    return {
-        "robots": {r.id: rest | poses[r.id] | {"max_speed": r.max_speed} for r in robots},
-        "items": {o.id: {"pose": [*o.position, 0.0], "velocity": [0.0, 0.0], "pusher": None} for o in objects},
-        "custody": {"present": list(poses), "cargo": {}},
-        "contacts": [0, 0, 0],
-    }
 
 
 def _disc(slot: int, radius: float, mass: float | None = None) -> _Disc:

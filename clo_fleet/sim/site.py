@@ -170,12 +170,12 @@ class Site:
         return self._place[robot]
 
     def item_position(self, item: ObjectId) -> Point | None:
-        """Where an object lies or is carried in a room; ``None`` while it is carried through corridors."""
+        """Where an object lies or is carried in a room; ``None`` while it is in the corridors, or gone."""
         return self.rooms.item_position(item)
 
     def item_place(self, item: ObjectId) -> PlaceId | None:
-        """The room in which an object lies, at this moment; ``None`` while it is carried."""
-        if self.rooms.carrier(item) is not None:
+        """The room in which an object lies, at this moment; ``None`` while it is carried, or gone."""
+        if self.rooms.carrier(item) is not None or self.rooms.gone(item):
             return None
         position = self.rooms.item_position(item)
         assert position is not None, "what nobody carries is in a room"
@@ -187,7 +187,8 @@ class Site:
 
     def items_in(self, room: RoomId) -> tuple[ObjectId, ...]:
         """The objects that lie in the room since the last step, sorted."""
-        return tuple(item for item in self._lying.get(room, ()) if self.rooms.carrier(item) is None)
+        here, rooms = self._lying.get(room, ()), self.rooms
+        return tuple(item for item in here if rooms.carrier(item) is None and not rooms.gone(item))
 
     def bodies_in(self, room: RoomId) -> tuple[RobotId, ...]:
         """The robots that were bodies on the floor of the room or of its doorways at the last step, sorted."""
@@ -242,6 +243,30 @@ class Site:
         self.rooms.set_max_speed(robot, max_speed)
         if robot in self._vehicle or robot in self._inserting:
             self.corridors.set_max_speed(robot, max_speed)
+
+    def take_away(self, item: ObjectId) -> None:
+        """Take an object that lies free out of the building."""
+        self.item_place(item)  # notes where it lay
+        self.rooms.take_away(item)
+
+    def bring_back(self, item: ObjectId, position: Point | None) -> Point:
+        """Put an object that is gone where it is free about ``position`` [m], or where it lay; returns the place."""
+        lay, room = self._object_place[item]
+        if position is None:
+            position = self.rooms.free_spot(lay, self.item_radius(item), room) or lay
+        self.rooms.bring_back(item, position)
+        return position
+
+    def drop(self, item: ObjectId) -> Point | None:
+        """Let an object slip out of its carrier's hand, beside it; ``None``: there is no room, or no floor."""
+        carrier = self.rooms.carrier(item)
+        room = None if carrier is None else self.floor(carrier)
+        if carrier is None or room is None:
+            return None
+        spot = self.rooms.free_spot(self.pose(carrier).point, self.item_radius(item), room)
+        if spot is not None:
+            self.rooms.release(carrier, item, spot)
+        return spot
 
     def depart(self, robot: RobotId, route: Route) -> None:
         """Ask SUMO to take the robot over where it stands, at the beginning of ``route``."""

@@ -38,7 +38,7 @@ class Truth:
         # where the object lay when an effect that it may lose came about, or when it was put down; None while carried
         self._anchors: dict[Fact, Point | None] = {}
         self._doings: dict[Fact, Cause | None] = {}
-        self._handled: dict[ObjectId, Cause] = {}
+        self._handled: dict[ObjectId, Cause | None] = {}
         self._causes: dict[Fact, Cause | None] = {}
         for fact in sorted(words.beginning):
             self._set(fact, True)
@@ -80,8 +80,8 @@ class Truth:
                 self._set(fact, value)
                 self._doings[fact] = cause
 
-    def handle(self, item: ObjectId, cause: Cause) -> None:
-        """The object is being taken, put down or passed on in this tick by that action."""
+    def handle(self, item: ObjectId, cause: Cause | None) -> None:
+        """The object is being taken, put down or passed on in this tick by that action, or by nobody's."""
         self._handled[item] = cause
 
     def step(self, running: Mapping[RobotId, Cause]) -> tuple[Flip, ...]:
@@ -122,7 +122,9 @@ class Truth:
         return frozenset(facts)
 
     def _whereabouts(self, item: ObjectId) -> tuple[Fact, ...]:
-        """Where the object is at this moment: on a floor or in a hand."""
+        """Where the object is at this moment: on a floor or in a hand; nothing if it is gone."""
+        if self._site.rooms.gone(item):
+            return ()
         carrier = self._site.rooms.carrier(item)
         if carrier is None:
             return self.words.facts(SensorKind.POSITION, item, str(self._site.item_place(item)))
@@ -142,15 +144,15 @@ class Truth:
             self._anchors[fact] = self._site.item_position(ObjectId(item))
 
     def _follow(self, fact: Fact) -> None:
-        """Forget what an object that was shoved away has lost; keep it while it is carried."""
+        """Forget what an object that was shoved or taken away has lost; keep it while it is carried."""
         item = ObjectId(self.words.lost_with(fact))
         if self._site.rooms.carrier(item) is not None:
             self._anchors[fact] = None
             return
         position, anchor = self._site.item_position(item), self._anchors[fact]
-        if anchor is None:
+        if anchor is None and position is not None:
             self._anchors[fact] = position
-        elif position is not None and math.dist(anchor, position) > SHOVED:
+        elif anchor is None or position is None or math.dist(anchor, position) > SHOVED:
             self._set(fact, False)
 
     def _cause_of(self, fact: Fact, running: Mapping[RobotId, Cause]) -> Cause | None:

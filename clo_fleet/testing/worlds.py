@@ -8,10 +8,12 @@ from typing import Self
 from clo_fleet.clo.task import parse_fact
 from clo_fleet.errors import CloFleetError
 from clo_fleet.sim.walls import in_front
+from clo_fleet.world.disturbance_checks import Befallen, disturbance_findings
+from clo_fleet.world.disturbances import Disturbance
+from clo_fleet.world.domain_file import fleet_binding
 from clo_fleet.world.faults import Finding, key_text
 from clo_fleet.world.model import (
     BuildingMap,
-    Disturbance,
     ObjectId,
     ObjectSpec,
     Point,
@@ -156,10 +158,18 @@ class WorldBuilder:
             objects=world.objects,
             goals={spec.id: spec.goals for spec in world.robots},
             object_ids=tuple(spec.id for spec in world.objects),
-            disturbances=world.disturbances,
             unsound=frozenset(),
         )
-        findings = cast_findings(cast, world.map) or tuple(reach_findings(cast, world.map))
+        befallen = Befallen(
+            robots=tuple(cast.goals),
+            objects=cast.object_ids,
+            skills=tuple(dict((world.domain or fleet_binding()).skills)),
+            building=world.map,
+            unsound=(),
+            until=world.until,
+        )
+        disturbed = disturbance_findings(tuple(enumerate(world.disturbances)), world.faults, befallen)
+        findings = (*cast_findings(cast, world.map), *disturbed) or tuple(reach_findings(cast, world.map))
         if findings:
             raise UnsoundWorldError(findings)
         return world

@@ -247,11 +247,12 @@ class OfferClosed:
 
 @dataclass(frozen=True, slots=True)
 class Disturbed:
-    """A disturbance of the schedule took place."""
+    """Something befell somebody: its kind, whom, and what exactly; without ``effect``, why nothing came of it."""
 
     disturbance: str
     subject: str
     detail: str
+    effect: bool = True
 
 
 Body = tuple[str, float, float, float]

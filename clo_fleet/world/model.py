@@ -8,21 +8,20 @@ frame, x to the right, y up; headings are counter-clockwise from the x axis.
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import NewType
 
 from clo_fleet.clo.task import Fact
 from clo_fleet.world.binding import DomainBinding
+from clo_fleet.world.disturbances import NO_FAULTS, Disturbance, RandomFaults
+from clo_fleet.world.ids import CorridorId, DoorId, ObjectId, PlaceId, Point, RobotId, RoomId
 
 __all__ = [
     "BuildingMap",
     "Corridor",
     "CorridorId",
-    "Disturbance",
     "Door",
     "DoorId",
     "Junction",
     "ObjectId",
-    "ObjectMoved",
     "ObjectSpec",
     "Perception",
     "PerceptionMode",
@@ -32,7 +31,6 @@ __all__ = [
     "Pose",
     "Radio",
     "RobotId",
-    "RobotSlowed",
     "RobotSpec",
     "Room",
     "RoomId",
@@ -40,14 +38,6 @@ __all__ = [
     "SpawnPoint",
     "World",
 ]
-
-Point = tuple[float, float]
-PlaceId = NewType("PlaceId", str)
-RoomId = NewType("RoomId", str)
-DoorId = NewType("DoorId", str)
-CorridorId = NewType("CorridorId", str)
-ObjectId = NewType("ObjectId", str)
-RobotId = NewType("RobotId", str)
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,27 +230,6 @@ class PlanningTime:
     memory_limit: int = 2 << 30
 
 
-@dataclass(frozen=True, slots=True)
-class ObjectMoved:
-    """Somebody shifts an object to another point of a room [m], at ``time`` [s]."""
-
-    time: float
-    object: ObjectId
-    position: Point
-
-
-@dataclass(frozen=True, slots=True)
-class RobotSlowed:
-    """A robot's top speed becomes ``max_speed`` [m/s], at ``time`` [s]."""
-
-    time: float
-    robot: RobotId
-    max_speed: float
-
-
-Disturbance = ObjectMoved | RobotSlowed
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class World:
     """A map with everything that happens on it.
@@ -282,4 +251,5 @@ class World:
     radio: Radio = Radio()
     planning: PlanningTime = PlanningTime()
     disturbances: tuple[Disturbance, ...] = ()
+    faults: RandomFaults = NO_FAULTS
     expected: tuple[tuple[str, str], ...] = ()

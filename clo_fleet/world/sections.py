@@ -233,9 +233,9 @@ def _keys(annotation: Any, loc: tuple[int | str, ...]) -> tuple[str, ...]:
 
 
 def _tags(member: Any) -> tuple[object, ...]:
-    """What tells a member of a union from the others: the value of its first key."""
-    field = next(iter(getattr(member, "model_fields", {}).values()), None)
-    return get_args(field.annotation) if field is not None and get_origin(field.annotation) is Literal else ()
+    """What tells a member of a union from the others: the values of the first key that has but certain ones."""
+    annotations = (field.annotation for field in getattr(member, "model_fields", {}).values())
+    return next((get_args(annotation) for annotation in annotations if get_origin(annotation) is Literal), ())
 
 
 def _path(content: Any, detail: ErrorDetails) -> KeyPath:

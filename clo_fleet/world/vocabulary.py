@@ -24,7 +24,7 @@ from clo_fleet.world.model import SkillSettings, World
 from clo_fleet.world.places import zones
 from clo_fleet.world.schemas import OBJECT, Domain, Schema
 
-__all__ = ["Deed", "Names", "Vocabulary", "vocabulary"]
+__all__ = ["PREPARED", "Deed", "Names", "Vocabulary", "vocabulary"]
 
 PREPARED = "prepared"  # the predicate of what the world file calls prepared
 

@@ -1,4 +1,4 @@
-"""Whether a world makes sense: names, places to stand, goals, disturbances.
+"""Whether a world makes sense: names, places to stand, goals.
 
 As for maps, findings are at keys of a world file, and what could not be read in full is ``unsound``. Without a
 sound map (``building`` is ``None``) everything is judged that needs none.
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from clo_fleet.clo.task import Fact, fact_text
 from clo_fleet.world.faults import Finding, KeyPath, did_you_mean, point_text
-from clo_fleet.world.model import BuildingMap, Disturbance, ObjectMoved, ObjectSpec, Point, RobotSpec, Room, RoomId
+from clo_fleet.world.model import BuildingMap, ObjectSpec, Point, RobotSpec, Room, RoomId
 from clo_fleet.world.outlines import clearance
-from clo_fleet.world.places import reachable_rooms, room_at
+from clo_fleet.world.places import reachable_rooms
 from clo_fleet.world.references import Unsound, map_names, name_findings, names_of, unknown
 
 __all__ = ["Cast", "cast_findings", "reach_findings"]
@@ -42,7 +42,6 @@ class Cast:
     objects: tuple[ObjectSpec, ...]
     goals: Mapping[str, tuple[Fact, ...]]
     object_ids: tuple[str, ...]
-    disturbances: tuple[Disturbance, ...]
     unsound: Unsound
 
 
@@ -57,8 +56,6 @@ def cast_findings(cast: Cast, building: BuildingMap | None) -> tuple[Finding, ..
     if building is not None:
         findings += _position_findings(cast, building)
     findings += _goal_findings(cast, building)
-    for index, disturbance in enumerate(cast.disturbances):
-        findings += _disturbance_findings(("disturbances", index), disturbance, cast, building)
     return tuple(findings)
 
 
@@ -154,17 +151,3 @@ def _fact_findings(
 
 def _form(predicate: str) -> str:
     return fact_text((predicate, *(section.removesuffix("s").upper() for section in GOALS[predicate])))
-
-
-def _disturbance_findings(
-    key: KeyPath, disturbance: Disturbance, cast: Cast, building: BuildingMap | None
-) -> Iterator[Finding]:
-    if isinstance(disturbance, ObjectMoved):
-        yield from unknown((*key, "object"), disturbance.object, cast.object_ids, ("objects",), cast.unsound)
-        if building is not None:
-            name = room_at(building, disturbance.position)
-            room = next((room for room in building.rooms if room.id == name), None)
-            if room is None or clearance(room, disturbance.position) < 0:
-                yield Finding((*key, "to_m"), "a point inside a room and outside its obstacles")
-    else:
-        yield from unknown((*key, "robot"), disturbance.robot, cast.goals, ("robots",), cast.unsound)

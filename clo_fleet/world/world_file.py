@@ -18,7 +18,8 @@ objects:
   o2: {at: p7}
 disturbances:
   - {kind: object_moved, at_s: 12.0, object: o1, to_m: [4, 4]}
-  - {kind: robot_slowed, at_s: 5.0, robot: r1, max_speed_m_s: 0.3}
+  - {kind: robot_slowed, at_s: 5.0, for_s: 20, robot: r1, max_speed_m_s: 0.3}
+faults: {object_moved: {per_hour: 6}, robot_broken: {per_hour: 2, for_s: [10, 60]}}
 expected: {outcome: goals_reached}
 ```
 
@@ -31,13 +32,14 @@ from types import MappingProxyType
 
 from clo_fleet.clo.task import parse_fact
 from clo_fleet.world.changes import changed
+from clo_fleet.world.disturbance_checks import Befallen, disturbance_findings
+from clo_fleet.world.disturbance_sections import disturbances_in, random_faults_in
+from clo_fleet.world.domain_file import fleet_binding
 from clo_fleet.world.faults import Fault, FileFaultsError, Finding
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.model import (
     BuildingMap,
-    Disturbance,
     ObjectId,
-    ObjectMoved,
     ObjectSpec,
     Perception,
     PerceptionMode,
@@ -46,7 +48,6 @@ from clo_fleet.world.model import (
     Pose,
     Radio,
     RobotId,
-    RobotSlowed,
     RobotSpec,
     RoomId,
     SkillSettings,
@@ -57,13 +58,11 @@ from clo_fleet.world.sections import Parsed, json_schema, parse
 from clo_fleet.world.world_checks import Cast, cast_findings, reach_findings
 from clo_fleet.world.world_sections import (
     MEGABYTE,
-    ObjectMovedSection,
     ObjectSection,
     PerceptionSection,
     PlanningSection,
     RadioSection,
     RobotSection,
-    RobotSlowedSection,
     SkillsSection,
     WorldSection,
 )
@@ -95,6 +94,9 @@ def read_world(path: Path, changes: Mapping[str, Value] = NO_CHANGES) -> World:
     cast = _cast(sections, stands, parsed.unsound)
     findings += _placing_findings(sections, building, parsed.unsound)
     findings += cast_findings(cast, building)
+    random = random_faults_in(sections.faults)
+    scheduled = [(i, d) for i, section in enumerate(sections.disturbances) for d in disturbances_in(section)]
+    findings += disturbance_findings(scheduled, random, _befallen(sections, building, parsed.unsound))
     if building is not None and not findings and not parsed.faults:
         findings += reach_findings(cast, building)
     entries = _entries(sections)
@@ -112,7 +114,8 @@ def read_world(path: Path, changes: Mapping[str, Value] = NO_CHANGES) -> World:
         perception=_perception(sections.perception),
         radio=_radio(sections.radio),
         planning=_planning(sections.planning),
-        disturbances=cast.disturbances,
+        disturbances=tuple(disturbance for _, disturbance in scheduled),
+        faults=random,
         expected=tuple(sections.expected.items()),
     )
 
@@ -186,7 +189,6 @@ def _cast(sections: WorldSection, stands: Mapping[Key, Stand], unsound: Unsound)
         ),
         goals=goals,
         object_ids=tuple(sections.objects),
-        disturbances=tuple(map(_disturbance, sections.disturbances)),
         unsound=unsound,
     )
 
@@ -225,11 +227,15 @@ def _entries(sections: WorldSection) -> dict[Key, RobotSection | ObjectSection]:
     return entries
 
 
-def _disturbance(section: ObjectMovedSection | RobotSlowedSection) -> Disturbance:
-    if isinstance(section, ObjectMovedSection):
-        x, y = map(float, section.to_m)
-        return ObjectMoved(float(section.at_s), ObjectId(section.object), (x, y))
-    return RobotSlowed(float(section.at_s), RobotId(section.robot), float(section.max_speed_m_s))
+def _befallen(sections: WorldSection, building: BuildingMap | None, unsound: Unsound) -> Befallen:
+    return Befallen(
+        robots=sections.robots,
+        objects=sections.objects,
+        skills=tuple(dict(fleet_binding().skills)),
+        building=building,
+        unsound=unsound,
+        until=float(sections.until_s),
+    )
 
 
 def _skills(section: SkillsSection) -> SkillSettings:

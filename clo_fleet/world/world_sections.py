@@ -1,10 +1,11 @@
 """The keys of world files, with their defaults from the model."""
 
 from dataclasses import fields
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
+from clo_fleet.world.disturbance_sections import DisturbanceSection, FaultsSection
 from clo_fleet.world.model import (
     ObjectSpec,
     Perception,
@@ -18,13 +19,11 @@ from clo_fleet.world.sections import Coordinate, FactText, Fraction, Id, NonNega
 
 __all__ = [
     "MEGABYTE",
-    "ObjectMovedSection",
     "ObjectSection",
     "PerceptionSection",
     "PlanningSection",
     "RadioSection",
     "RobotSection",
-    "RobotSlowedSection",
     "SkillsSection",
     "WorldSection",
 ]
@@ -101,27 +100,6 @@ class SkillsSection(Section):
     speed_spread: float = Field(default=SKILLS.speed_spread, ge=0, lt=1)
 
 
-class ObjectMovedSection(Section):
-    """Somebody shifts an object."""
-
-    kind: Literal["object_moved"]
-    at_s: NonNegative
-    object: Id
-    to_m: PointM
-
-
-class RobotSlowedSection(Section):
-    """A robot's top speed changes; 0 is a breakdown."""
-
-    kind: Literal["robot_slowed"]
-    at_s: NonNegative
-    robot: Id
-    max_speed_m_s: NonNegative
-
-
-DisturbanceSection = Annotated[ObjectMovedSection | RobotSlowedSection, Field(discriminator="kind")]
-
-
 class WorldSection(Section):
     """A world file."""
 
@@ -137,4 +115,5 @@ class WorldSection(Section):
     robots: dict[Id, RobotSection] = Field(max_length=10_000)
     objects: dict[Id, ObjectSection] = Field({}, max_length=10_000)
     disturbances: tuple[DisturbanceSection, ...] = Field((), max_length=10_000)
+    faults: FaultsSection = FaultsSection()
     expected: dict[Text, str] = Field({})

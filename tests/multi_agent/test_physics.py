@@ -10,20 +10,19 @@ from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.study.run import Run
 from clo_fleet.study.shipped import shipped
 from clo_fleet.testing import RunFleet, shipped_map
+from clo_fleet.world.disturbances import ObjectMoved, RobotSlowed
 from clo_fleet.world.events import ActionEnded, ActionStarted, FactChanged, GoalsReached, Waiting
 from clo_fleet.world.model import (
     BuildingMap,
     Door,
     DoorId,
     ObjectId,
-    ObjectMoved,
     ObjectSpec,
     Perception,
     PerceptionMode,
     Point,
     Pose,
     RobotId,
-    RobotSlowed,
     RobotSpec,
     Room,
     RoomId,

@@ -239,6 +239,26 @@ def test_a_killed_worker_leaves_no_planner_behind_and_is_replaced() -> None:
         assert isinstance(pool.plan(replace(HARD_TASK, goals=())), PlanFound)
 
 
+def test_a_job_whose_planner_is_killed_is_answered_so_whenever_that_is() -> None:
+    """Under way, waiting in the queue, or answered already: the reply is the same, and the process is gone."""
+    with PlannerPool(PUZZLE, size=1) as pool:
+        for key in ("hard", "queued"):
+            pool.submit(key, HARD_TASK)
+        leader = only_worker(pool)
+        assert wait_for_processes(leader, 3, 9) >= 3
+        pool.kill("queued")
+        pool.kill("hard")
+        assert session(leader) == []
+        replies = [pool.result(key) for key in ("hard", "queued")]
+        assert replies == [PlannerDied(reason="killed", wall_seconds=0.0)] * 2
+        pool.submit("easy", replace(HARD_TASK, goals=()))
+        pool.plan(replace(HARD_TASK, goals=()))
+        pool.kill("easy")
+        assert isinstance(pool.result("easy"), PlannerDied)
+        with pytest.raises(JobError, match="never submitted"):
+            pool.kill("easy")
+
+
 def test_the_wall_limit_ends_the_planner_and_spares_the_worker() -> None:
     """Out of time is a reply of the same worker; closing in the middle of a job leaves no process behind."""
     with PlannerPool(PUZZLE, size=1, wall_limit=1.0) as pool:

@@ -15,6 +15,7 @@ from clo_fleet.study.witness.minds import Minds
 from clo_fleet.study.witness.record import Record
 from clo_fleet.study.witness.space import Scene, Space
 from clo_fleet.testing import RunFleet, WorldBuilder, assert_sound, rooms_in_a_row
+from clo_fleet.world.disturbances import ObjectMoved
 from clo_fleet.world.events import (
     ActionEnded,
     ActionStarted,
@@ -26,7 +27,7 @@ from clo_fleet.world.events import (
     PlanMended,
     RunEnded,
 )
-from clo_fleet.world.model import ObjectId, ObjectMoved, Pose, RobotId, Room
+from clo_fleet.world.model import ObjectId, Pose, RobotId, Room
 
 R1, R2 = RobotId("r1"), RobotId("r2")
 START = {R1: Pose(1.0, 1.0), R2: Pose(1.0, 4.0)}

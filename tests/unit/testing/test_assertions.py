@@ -17,7 +17,8 @@ from clo_fleet.testing import (
     assert_replanned,
     rooms_in_a_row,
 )
-from clo_fleet.world.model import ObjectId, ObjectMoved
+from clo_fleet.world.disturbances import ObjectMoved
+from clo_fleet.world.model import ObjectId
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,9 @@ from clo_fleet.clo.task import FactSyntaxError
 from clo_fleet.testing import NoSpotError, UnsoundWorldError, WorldBuilder, rooms_in_a_row, shipped_map
 from clo_fleet.testing.fixtures import FleetWorld
 from clo_fleet.world.checks import map_findings
+from clo_fleet.world.disturbances import ObjectMoved
 from clo_fleet.world.map_file import read_map, write_map
-from clo_fleet.world.model import ObjectId, ObjectMoved, Radio
+from clo_fleet.world.model import ObjectId, Radio
 from clo_fleet.world.outlines import clearance
 
 

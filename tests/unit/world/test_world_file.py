@@ -7,8 +7,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from clo_fleet.world.disturbances import ObjectMoved, RobotSlowed
 from clo_fleet.world.faults import FileFaultsError
-from clo_fleet.world.model import ObjectMoved, Perception, PerceptionMode, PlanningTime, Pose, Radio, RobotSlowed
+from clo_fleet.world.model import Perception, PerceptionMode, PlanningTime, Pose, Radio
 from clo_fleet.world.world_file import read_world, world_schema
 
 MAP = """\
