@@ -5,6 +5,8 @@ for it: what its plan will do with that object is a *promise* to all others. And
 to another can meet it at the places on the other's announced plan, those that the other would still come to if
 the gift were already in its hands: a place that it would only visit to fetch the thing is no help. A place that the
 other will have left before the giver can be there is no place to meet either.
+
+Where messages can be lost, an announcement also says what the robot last did with each object: its *deeds*.
 """
 
 import math
@@ -12,7 +14,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from clo_fleet.clo.plain import plain_conditions, plain_facts, plain_plan, read_conditions, read_facts, read_plan
+from clo_fleet.clo.messages import Flip
+from clo_fleet.clo.plain import (
+    plain_conditions,
+    plain_facts,
+    plain_flip,
+    plain_plan,
+    read_conditions,
+    read_facts,
+    read_flip,
+    read_plan,
+)
 from clo_fleet.clo.plan import Plan
 from clo_fleet.clo.repair import Repaired, repair
 from clo_fleet.clo.task import Condition, Fact
@@ -20,7 +32,7 @@ from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import ObjectId, RobotId
 from clo_fleet.world.vocabulary import Vocabulary
 
-__all__ = ["Announcement", "Meeting", "meeting_places", "promises"]
+__all__ = ["Announcement", "Deed", "Meeting", "in_hand_facts", "meeting_places", "promises"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +41,14 @@ class Meeting:
 
     place: str
     until: float
+
+
+@dataclass(frozen=True, slots=True)
+class Deed:
+    """What a robot changed about one object, and when [s]."""
+
+    time: float
+    flips: tuple[Flip, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +63,7 @@ class Announcement:
         goals: what its plan is for.
         beliefs: what its plan starts from, if somebody is to bring it something; else nothing.
         in_hand: the objects that it carries.
+        deeds: what it last did with objects; only said where messages can be lost.
     """
 
     robot: RobotId
@@ -52,6 +73,7 @@ class Announcement:
     goals: tuple[Condition, ...]
     beliefs: frozenset[Fact] = field(compare=False)
     in_hand: tuple[ObjectId, ...]
+    deeds: tuple[Deed, ...] = field(default=(), compare=False)
 
     def state(self) -> dict[str, Any]:
         """Plain data."""
@@ -63,6 +85,7 @@ class Announcement:
             "goals": plain_conditions(self.goals),
             "beliefs": plain_facts(self.beliefs),
             "in_hand": list(self.in_hand),
+            "deeds": [[deed.time, list(map(plain_flip, deed.flips))] for deed in self.deeds],
         }
 
     @classmethod
@@ -76,7 +99,14 @@ class Announcement:
             goals=read_conditions(state["goals"]),
             beliefs=read_facts(state["beliefs"]),
             in_hand=tuple(state["in_hand"]),
+            deeds=tuple(Deed(time, tuple(map(read_flip, flips))) for time, flips in state["deeds"]),
         )
+
+
+def in_hand_facts(announcement: Announcement, words: Vocabulary) -> list[Fact]:
+    """What an announcement says about the hands of its robot."""
+    items, robot = announcement.in_hand, announcement.robot
+    return [fact for item in items for fact in words.facts(SensorKind.HOLDING, robot, item)]
 
 
 def promises(announcements: Iterable[Announcement]) -> frozenset[Fact]:

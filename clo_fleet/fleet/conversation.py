@@ -10,7 +10,6 @@ means to do it announces at once, so that those who are told of its deeds know i
 
 import time as clock
 from collections.abc import Iterable, Mapping
-from itertools import chain
 from typing import Any
 
 from clo_fleet.clo.executive import Mode
@@ -33,10 +32,12 @@ from clo_fleet.clo.messages import (
     StartAction,
 )
 from clo_fleet.clo.task import Condition, Fact
-from clo_fleet.fleet.announcements import Announcement, meeting_places, promises
+from clo_fleet.fleet.announcements import Announcement, in_hand_facts
 from clo_fleet.fleet.decisions import changes_plan, decision_told, plan_linked
-from clo_fleet.fleet.inboxes import Inboxes
+from clo_fleet.fleet.hearsay import Hearsay
+from clo_fleet.fleet.inboxes import Inboxes, in_order
 from clo_fleet.fleet.interests import Interests
+from clo_fleet.fleet.meetings import Meetings
 from clo_fleet.fleet.offers import Offers
 from clo_fleet.fleet.questions import Questions, Reply
 from clo_fleet.fleet.radio import RadioChannel
@@ -48,7 +49,7 @@ from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.events import Recorder, credit
-from clo_fleet.world.model import ObjectId, PerceptionMode, PlaceId, Point, RobotId, World
+from clo_fleet.world.model import PerceptionMode, Point, RobotId, World
 
 __all__ = ["Conversation"]
 
@@ -77,12 +78,12 @@ class Conversation:
         self._recorder = recorder
         self.radio = RadioChannel(world.radio, robots, seed=world.seed)
         self.mishaps = Mishaps(world.seed)
-        self._announced: dict[RobotId, Announcement] = {}
-        self._promises: dict[RobotId, frozenset[Fact]] = {}  # what each robot that has something in hand has promised
+        self._hearsay = Hearsay(world.radio, truth.words)
         self._inboxes = Inboxes(robots)
         self._interests = Interests(robots, truth.words)
-        self._givers = tuple(robot for robot in robots.values() if self._gifts(robot))
-        self._takers = {taker for robot in self._givers for taker in self._gifts(robot)}
+        self._meetings = Meetings(site, truth.words, questions, self._hearsay)
+        self._givers = tuple(robot for robot in robots.values() if self._meetings.gifts(robot))
+        self._takers = {taker for robot in self._givers for taker in self._meetings.gifts(robot)}
         self._dull: set[RobotId] = set()  # vehicles of which nothing has changed since they last looked
 
     def begin(self) -> None:
@@ -131,10 +132,17 @@ class Conversation:
             fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
-            self.radio.tell(self.time, robot.id, (*flips, *self._effects(robot)), self._point)
+            own = self._effects(robot)
+            self._hearsay.learnt(robot.id, seen, self.time)
+            self._hearsay.did(robot.id, own, self.time)
+            self.radio.tell(self.time, robot.id, (*flips, *own), self._point)
             if self._site.in_corridor(robot.id) and self._world.perception.mode is not PerceptionMode.FULL:
                 self._dull.add(robot.id)  # until something changes about it, it sees nothing new in there
+        for announcement in self._hearsay.to_repeat(self.time):
+            self.radio.announce(self.time, self._hearsay.say(announcement, self.time), self._point)
         self._listen()
+        for robot_id in self._hearsay.lapsed(self.time):
+            self._inboxes.stir(robot_id)
 
     def pass_offers_on(self) -> None:
         """Ask the executives about new offers, and tell them which have ended."""
@@ -150,11 +158,9 @@ class Conversation:
                 self._inboxes.put(robot, Offered(self.time, offer.id, offer.giver, gift, tuple(map(Condition, there))))
 
     def reconnect(self, robot: RobotId) -> None:
-        """The robot's radio works again: it hears what the others mean to do now."""
-        others = [said for said in self._announced.values() if said.robot != robot]
-        in_hand = [(said.robot, item) for said in others for item in said.in_hand]
-        known = [fact for pair in in_hand for fact in self._words.facts(SensorKind.HOLDING, *pair)]
-        self._take_note(self._robots[robot], known)
+        """The robot's radio works again: it hears what the others mean to do now, or when they repeat it."""
+        others = self._hearsay.sayings(robot)
+        self._take_note(self._robots[robot], [fact for said in others for fact in in_hand_facts(said, self._words)])
 
     def serve(self) -> None:
         """Tell the executives what happened, and let the planner answer, until nobody has a question left.
@@ -165,7 +171,7 @@ class Conversation:
         while True:
             for robot_id, inbox in self._inboxes.round():
                 robot = self._robots[robot_id]
-                for event in _in_order(self.time, inbox):
+                for event in in_order(self.time, inbox):
                     self._tell(robot, event)
                 self._announce(robot)
                 self._remind(robot)
@@ -180,7 +186,7 @@ class Conversation:
         return {
             "offers": self.offers.state(),
             "radio": self.radio.state(),
-            "announced": [announcement.state() for announcement in self._announced.values()],
+            "hearsay": self._hearsay.state(),
             "questions": self.questions.state(),
             "senses": self.senses.state(),
             "mishaps": self.mishaps.state(),
@@ -190,10 +196,7 @@ class Conversation:
         """Take up what ``state()`` gave."""
         self.offers.restore(state["offers"])
         self.radio.restore(state["radio"])
-        announced = map(Announcement.from_state, state["announced"])
-        self._announced = {announcement.robot: announcement for announcement in announced}
-        promised = {robot: promises([announcement]) for robot, announcement in self._announced.items()}
-        self._promises = {robot: facts for robot, facts in promised.items() if facts}
+        self._hearsay.restore(state["hearsay"])
         self.questions.restore(state["questions"])
         self.senses.restore(state["senses"])
         self.mishaps.restore(state["mishaps"])
@@ -201,19 +204,40 @@ class Conversation:
     # ---- learning ------------------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        """Bring what was told to those whom it concerns; in the order in which anything reached them."""
+        """Bring what was told to those whom it concerns, facts first; in the order in which anything reached them."""
         messages = self.radio.due(self.time)
+        told_at = self.time - self._world.radio.delay
         heard: dict[RobotId, list[Flip]] = {}
         for message in messages:
-            for robot in self._interests.minders([message.flip.fact]):
-                if self.radio.reaches(message, robot):
-                    heard.setdefault(robot, []).append(message.flip)
+            if isinstance(message.news, Flip):
+                for robot in self._interests.minders([message.news.fact]):
+                    if self.radio.reaches(message, robot):
+                        heard.setdefault(robot, []).append(message.news)
 
         def first(robot: RobotId) -> tuple[int, RobotId]:
             return next(n for n, message in enumerate(messages) if self.radio.reaches(message, robot)), robot
 
         for robot in sorted(heard, key=first):
-            self._hear(self._robots[robot], heard[robot])
+            flips = self._hearsay.fresh(robot, heard[robot], told_at)
+            self._hearsay.learnt(robot, (flip.fact for flip in flips), told_at)
+            self._hear(self._robots[robot], flips)
+        for message in messages:
+            if isinstance(message.news, Announcement):
+                for robot in self._robots:
+                    if self.radio.reaches(message, robot):
+                        self._overhear(self._robots[robot], message.news, told_at)
+
+    def _overhear(self, robot: Robot, announcement: Announcement, told_at: float) -> None:
+        """What another robot announced at that time [s], and what it has done."""
+        changed = self._hearsay.heard(robot.id, announcement, self.time)
+        if robot.executive.mode is Mode.NEW:
+            return
+        in_hand = [Flip(fact, True) for fact in in_hand_facts(announcement, self._words)]
+        flips = [*self._hearsay.fresh(robot.id, in_hand, told_at), *self._hearsay.news(robot.id)]
+        self._hear(robot, [flip for flip in flips if (flip.fact in robot.executive.beliefs) is not flip.value])
+        self._inboxes.stir(robot.id)  # to be reminded of what is promised
+        if changed:
+            self._learn_meets(robot)
 
     def _hear(self, robot: Robot, flips: list[Flip]) -> None:
         """Believe what was heard of things that the robot watches and does not see for itself."""
@@ -263,7 +287,8 @@ class Conversation:
         executive, running = robot.executive, robot.executive.running
         if robot.id in self.radio.lost:
             return
-        if executive.mode in (Mode.NEW, Mode.PLANNING) and robot.id not in self._announced:
+        before = self._hearsay.said(robot.id)
+        if executive.mode in (Mode.NEW, Mode.PLANNING) and before is None:
             return
         announcement = Announcement(
             robot=robot.id,
@@ -274,19 +299,27 @@ class Conversation:
             beliefs=executive.beliefs if robot.id in self._takers else frozenset(),
             in_hand=self._site.rooms.carried(robot.id),
         )
-        before = self._announced.get(robot.id)
         if before == announcement:
             return
-        self._announced[robot.id] = announcement
         if before is None or before.plan != announcement.plan:
             self._record(events.PlanAnnounced(robot.id, tuple(step.action.name for step in announcement.plan)))
-        promised, before_promised = promises([announcement]), self._promises.pop(robot.id, frozenset())
-        if promised:
-            self._promises[robot.id] = promised
-        items, words = announcement.in_hand, self._words
-        in_hand = [fact for item in items for fact in words.facts(SensorKind.HOLDING, robot.id, item)]
-        concerned = {*self._interests.minders([*in_hand, *(promised ^ before_promised)])}
-        for other in sorted(concerned.union(giver.id for giver in self._givers) - {robot.id}):
+        before_promised = self._hearsay.promises_of(robot.id)
+        announcement = self._hearsay.say(announcement, self.time)
+        if self._world.radio.perfect:
+            self._spread(announcement, self._hearsay.promises_of(robot.id) ^ before_promised)
+        elif before is not None:
+            self.radio.announce(self.time, announcement, self._point)
+            self._listen()
+        else:
+            for other in self._robots.values():  # first plans are exchanged before anybody leaves
+                if other is not robot:
+                    self._overhear(other, announcement, self.time)
+
+    def _spread(self, announcement: Announcement, promised: Iterable[Fact]) -> None:
+        """Tell those whom it concerns what a robot has announced; ``promised``: what it has promised or taken back."""
+        in_hand = in_hand_facts(announcement, self._words)
+        concerned = {*self._interests.minders([*in_hand, *promised])}
+        for other in sorted(concerned.union(giver.id for giver in self._givers) - {announcement.robot}):
             if self._robots[other].executive.mode is not Mode.NEW and other not in self.radio.lost:
                 self._take_note(self._robots[other], in_hand)
 
@@ -294,48 +327,28 @@ class Conversation:
         """What an announcement of another robot, with these facts in hand, means to this one."""
         self._inboxes.put(robot.id, Promised(self.time, self._promised_to(robot.id)))
         self._hear(robot, [Flip(fact, True) for fact in in_hand if fact not in robot.executive.beliefs])
+        self._learn_meets(robot)
+
+    def _learn_meets(self, robot: Robot) -> None:
+        """Tell a giver where it can meet others now, as far as its plan depends on that, or for want of a plan."""
+        stuck = robot.executive.mode is Mode.WAITING and not robot.executive.plan
         needed = {need.fact for step in robot.executive.plan for need in step.action.needs}
-        self._learn(robot, tuple(flip for flip in self._meets(robot) if flip.fact in needed), "radio")
+        self._learn(robot, tuple(flip for flip in self._meets(robot) if stuck or flip.fact in needed), "radio")
+
+    def _meets(self, robot: Robot) -> tuple[Flip, ...]:
+        return () if robot.id in self.radio.lost else self._meetings.changes(robot)
 
     def _remind(self, robot: Robot) -> None:
         """Tell a robot what others have promised about things that it has not minded before."""
         if robot.id in self.radio.lost:
             return
-        if self._promises and (promised := self._promised_to(robot.id)) != robot.executive.promised:
+        if self._hearsay.open and (promised := self._promised_to(robot.id)) != robot.executive.promised:
             self._inboxes.put(robot.id, Promised(self.time, promised))
 
     def _promised_to(self, robot: RobotId) -> frozenset[Fact]:
         """What the others have promised about things that the robot minds."""
-        promised = (facts for other, facts in self._promises.items() if other != robot)
-        return self._interests.minded(robot, chain.from_iterable(promised))
-
-    def _meets(self, robot: Robot) -> tuple[Flip, ...]:
-        """How the places to meet others, as announced, differ from what a giver believes."""
-        if robot.id in self.radio.lost:
-            return ()
-        words = self._words
-        now: set[Fact] = {
-            fact
-            for other, gifts in self._gifts(robot).items()
-            if other in self._announced
-            for meeting in meeting_places(self._announced[other], gifts, words)
-            if self._site.is_room(PlaceId(meeting.place))
-            and meeting.until >= self.questions.earliest(robot.id, robot.executive.beliefs, gifts, meeting.place)
-            for fact in words.facts(SensorKind.MEETS, other, meeting.place)
-        }
-        believed = {fact: about for fact in robot.executive.beliefs if (about := words.read(fact, SensorKind.MEETS))}
-        here = self._site.place(robot.id)
-        now |= {fact for fact, (other, at) in believed.items() if at == here == self._site.place(RobotId(other))}
-        return tuple(Flip(fact, fact in now) for fact in sorted(now ^ believed.keys()))
-
-    def _gifts(self, robot: Robot) -> dict[RobotId, list[ObjectId]]:
-        """What the robot is to bring into the hands of others, by the other."""
-        gifts: dict[RobotId, list[ObjectId]] = {}
-        for goal in robot.spec.goals:
-            taker, item = self._words.read(goal, SensorKind.HOLDING) or (robot.id, "")
-            if taker != robot.id:
-                gifts.setdefault(RobotId(taker), []).append(ObjectId(item))
-        return gifts
+        promised = self._hearsay.promised(robot, self.time)
+        return self._interests.minded(robot, promised) if promised else promised
 
     # ---- telling and obeying -------------------------------------------------------------------------------
 
@@ -347,6 +360,7 @@ class Conversation:
             return
         self._record(events.PlanFailed(robot.id, reply.failure.value, reply.detail))
         self._tell(robot, PlanMissing(self.time, reply.failure))
+        self._learn_meets(robot)  # others may have announced their plans since it asked
 
     def _tell(self, robot: Robot, event: Event, reply: Reply | None = None) -> None:
         """Give the executive an event and carry out its commands."""
@@ -385,12 +399,3 @@ class Conversation:
 
     def _record(self, event: events.Event) -> int:
         return self._recorder.record(self.time, event)
-
-
-def _in_order(time: float, inbox: list[Event]) -> list[Event]:
-    """What was seen, heard and promised as one event, and before the rest: nobody acts on what it knows better."""
-    flips = tuple(flip for event in inbox if isinstance(event, Observed) for flip in event.flips)
-    promised = [event.facts for event in inbox if isinstance(event, Promised)]
-    rest = [event for event in inbox if not isinstance(event, Observed | Promised)]
-    news = [Observed(time, flips, promised[-1] if promised else None)] if flips or promised else []
-    return [*news, *rest]

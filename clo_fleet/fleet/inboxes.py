@@ -8,10 +8,10 @@ if that is still to come, or else in the next.
 import heapq
 from collections.abc import Iterable, Iterator
 
-from clo_fleet.clo.messages import ActionCancelled, ActionFailed, ActionFinished, Event
+from clo_fleet.clo.messages import ActionCancelled, ActionFailed, ActionFinished, Event, Observed, Promised
 from clo_fleet.world.model import RobotId
 
-__all__ = ["Inboxes"]
+__all__ = ["Inboxes", "in_order"]
 
 
 class Inboxes:
@@ -71,6 +71,15 @@ class Inboxes:
         self._stirred.discard(robot)
         events, self._events[robot] = self._events[robot], []
         return events
+
+
+def in_order(time: float, inbox: list[Event]) -> list[Event]:
+    """What was seen, heard and promised as one event, and before the rest: nobody acts on what it knows better."""
+    flips = tuple(flip for event in inbox if isinstance(event, Observed) for flip in event.flips)
+    promised = [event.facts for event in inbox if isinstance(event, Promised)]
+    rest = [event for event in inbox if not isinstance(event, Observed | Promised)]
+    news = [Observed(time, flips, promised[-1] if promised else None)] if flips or promised else []
+    return [*news, *rest]
 
 
 def _is_ending(event: Event) -> bool:

@@ -7,14 +7,21 @@ from typing import Any
 from clo_fleet.clo.executive import Executive, Mode
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.outcome import Outcome
+from clo_fleet.world.model import Radio
 
-__all__ = ["Judge", "Verdict"]
+__all__ = ["Judge", "Verdict", "patience"]
 
 PATIENCE = 30.0  # [s] for which nobody has had anything to do before the run ends
+REPEATS = 12  # so much longer where messages are lost: the chance that all of these are lost too is small
 GRIDLOCK_AFTER = 180.0  # [s] for which no action has ended and nobody has moved before the run ends
 
 Verdict = tuple[Outcome, str]
 GIVEN_UP = {outcome.value: outcome for outcome in Outcome}
+
+
+def patience(radio: Radio) -> float:
+    """How long nobody must have had anything to do before a run ends [s]."""
+    return PATIENCE + (REPEATS * radio.repeat if 0.0 < radio.loss < 1.0 else 0.0)
 
 
 @dataclass(slots=True)
@@ -24,6 +31,7 @@ class Judge:
     goals: frozenset[Fact]
     lively_at: float = 0.0
     idle_since: float | None = None
+    patience: float = PATIENCE
 
     def state(self) -> dict[str, Any]:
         """Plain data."""
@@ -63,7 +71,7 @@ class Judge:
                 return Outcome.GRIDLOCK, ", ".join(waits) or "nobody gets on"
         elif self.idle_since is None:
             self.idle_since = time
-        elif time - self.idle_since > PATIENCE:
+        elif time - self.idle_since > self.patience:
             return _standstill(executives)
         return None
 

@@ -27,7 +27,7 @@ from clo_fleet.clo.strategies import Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.conversation import Conversation
 from clo_fleet.fleet.disturbances import Disturbances
-from clo_fleet.fleet.judge import Judge
+from clo_fleet.fleet.judge import Judge, patience
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
 from clo_fleet.fleet.saved import Saved
@@ -117,7 +117,8 @@ class Mission:
         self._robots = {spec.id: self._robot(spec, state["robots"][spec.id] if state else None) for spec in specs}
         self._conversation = Conversation(world, self._site, self._truth, self._robots, self._recorder, self._questions)
         self._conversation.time = self.time
-        self._judge = Judge(frozenset(goal for spec in world.robots for goal in spec.goals))
+        goals = frozenset(goal for spec in world.robots for goal in spec.goals)
+        self._judge = Judge(goals, patience=patience(world.radio))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
         self._standing: dict[str, str] = {}
         if saved and state:

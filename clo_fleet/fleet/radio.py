@@ -1,9 +1,10 @@
-"""The radio: facts that robots have seen or brought about, told to those who want to know.
+"""The radio: what robots have seen, brought about and mean to do, told to the others.
 
-A robot tells what it has learnt by its own senses and what its own actions changed. A message reaches a robot
-if that robot is in range when it is sent, and the message is not lost; it arrives after the delay. What is lost is
-drawn from the seed and the numbers of the messages, one for each fact and each robot in range, so that the same run
-loses the same ones. One message is kept for all whom it may reach; who takes it from the air knows whom it concerns.
+A robot tells what it has learnt by its own senses and what its own actions changed, and announces its plans. A message
+reaches a robot if that robot is in range when it is sent, and the message is not lost; it arrives after the delay, in
+the order of time, sender and number. What is lost is drawn from the seed and the numbers of the messages, one for each
+piece of news and each robot in range, so that the same run loses the same ones. One message is kept for all whom it may
+reach; who takes it from the air knows whom it concerns.
 """
 
 import math
@@ -14,6 +15,7 @@ from typing import Any
 
 from clo_fleet.clo.messages import Flip
 from clo_fleet.clo.plain import plain_flip, read_flip
+from clo_fleet.fleet.announcements import Announcement
 from clo_fleet.world.chance import uniform
 from clo_fleet.world.model import Point, Radio, RobotId
 
@@ -22,7 +24,7 @@ __all__ = ["Message", "RadioChannel"]
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One fact on its way.
+    """A piece of news on its way.
 
     Attributes:
         due: when it arrives [s].
@@ -32,7 +34,7 @@ class Message:
 
     due: float
     sender: RobotId
-    flip: Flip
+    news: Flip | Announcement
     first: int
     to: tuple[RobotId, ...] | None
 
@@ -59,16 +61,19 @@ class RadioChannel:
         flips = tuple(flips)
         if not self._radio.facts or not flips or sender in self.lost:
             return
-        to = None if self._radio.range is None else self._in_range(sender, self._radio.range, point)
-        for flip in flips:
-            self._under_way.append(Message(time + self._radio.delay, sender, flip, self._sent + 1, to))
-            self._sent += len(self._robots) - 1 if to is None else len(to)
+        self._send(time, sender, flips, point)
+
+    def announce(self, time: float, announcement: Announcement, point: Callable[[RobotId], Point]) -> None:
+        """Send what a robot means to do to each robot in range."""
+        if announcement.robot not in self.lost:
+            self._send(time, announcement.robot, (announcement,), point)
 
     def due(self, time: float) -> tuple[Message, ...]:
-        """What arrives by ``time``, in the order of sending; it is taken from the air."""
-        arrived = tuple(message for message in self._under_way if message.due <= time + 1e-9)
-        self._under_way = [message for message in self._under_way if message.due > time + 1e-9]
-        return arrived
+        """What arrives by ``time``, in the order of time, sender and number; it is taken from the air."""
+        arrived = [message for message in self._under_way if message.due <= time + 1e-9]
+        if arrived:
+            self._under_way = [message for message in self._under_way if message.due > time + 1e-9]
+        return tuple(sorted(arrived, key=lambda message: (message.due, message.sender, message.first)))
 
     def reaches(self, message: Message, robot: RobotId) -> bool:
         """Whether the robot hears the message."""
@@ -89,7 +94,7 @@ class RadioChannel:
             "sent": self._sent,
             "lost": sorted(self.lost),
             "under_way": [
-                [message.due, message.sender, plain_flip(message.flip), message.first, message.to and [*message.to]]
+                [message.due, message.sender, _plain(message.news), message.first, message.to and [*message.to]]
                 for message in self._under_way
             ],
         }
@@ -99,10 +104,26 @@ class RadioChannel:
         self._sent = state["sent"]
         self.lost = set(state["lost"])
         self._under_way = [
-            Message(due, sender, read_flip(flip), first, to and tuple(to))
-            for due, sender, flip, first, to in state["under_way"]
+            Message(due, sender, _news(news), first, to and tuple(to))
+            for due, sender, news, first, to in state["under_way"]
         ]
+
+    def _send(
+        self, time: float, sender: RobotId, news: Iterable[Flip | Announcement], point: Callable[[RobotId], Point]
+    ) -> None:
+        to = None if self._radio.range is None else self._in_range(sender, self._radio.range, point)
+        for piece in news:
+            self._under_way.append(Message(time + self._radio.delay, sender, piece, self._sent + 1, to))
+            self._sent += len(self._robots) - 1 if to is None else len(to)
 
     def _in_range(self, sender: RobotId, reach: float, point: Callable[[RobotId], Point]) -> tuple[RobotId, ...]:
         here = point(sender)
         return tuple(robot for robot in self._robots if robot != sender and math.dist(here, point(robot)) <= reach)
+
+
+def _plain(news: Flip | Announcement) -> dict[str, Any]:
+    return {"fact": plain_flip(news)} if isinstance(news, Flip) else {"plan": news.state()}
+
+
+def _news(plain: Mapping[str, Any]) -> Flip | Announcement:
+    return read_flip(plain["fact"]) if "fact" in plain else Announcement.from_state(plain["plan"])

@@ -198,19 +198,36 @@ class Perception:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Radio:
-    """What robots tell each other. Plans are announced in any case.
+    """What robots tell each other: facts, and what they mean to do.
+
+    Their first plans all robots know; from then on announcements are messages like others. Where messages can be
+    lost, a robot says again now and then what it means to do, has in hand and has done.
 
     Attributes:
         facts: whether seen facts are passed on to robots that watch them.
         range: how far a message reaches [m]; ``None``: everywhere.
         delay: time from telling to hearing [s].
         loss: chance that a message is lost, from 0 to 1.
+        repeat: how often a robot repeats itself where messages can be lost [s].
+        promise: what was promised and not heard of again for so long counts no more [s].
     """
 
     facts: bool = True
     range: float | None = None
     delay: float = 0.0
     loss: float = 0.0
+    repeat: float = 5.0
+    promise: float = 20.0
+
+    @property
+    def reliable(self) -> bool:
+        """Whether every message arrives."""
+        return self.range is None and self.loss == 0.0
+
+    @property
+    def perfect(self) -> bool:
+        """Whether every message arrives at once."""
+        return self.reliable and self.delay == 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

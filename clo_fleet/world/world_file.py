@@ -7,7 +7,7 @@ map: ../maps/three_rooms.yaml
 seed: 0
 until_s: 600
 perception: {mode: sight, range_m: 20, look_s: 0}
-radio: {facts: true, range_m: 50, delay_s: 0, loss: 0}
+radio: {facts: true, range_m: 50, delay_s: 0, loss: 0, repeat_s: 5, promise_s: 20}
 planning: {fixed_s: 0, per_expansion_s: 0, wall_limit_s: 60, memory_limit_mb: 2048}
 skills: {prepare_s: 4, grasp_s: 2, place_s: 2, give_s: 2, reach_m: 0.6, partner_wait_s: 60, spread: 0.1}
 robots:
@@ -257,7 +257,14 @@ def _perception(section: PerceptionSection) -> Perception:
 
 def _radio(section: RadioSection) -> Radio:
     reach = None if section.range_m is None else float(section.range_m)
-    return Radio(facts=section.facts, range=reach, delay=float(section.delay_s), loss=float(section.loss))
+    return Radio(
+        facts=section.facts,
+        range=reach,
+        delay=float(section.delay_s),
+        loss=float(section.loss),
+        repeat=float(section.repeat_s),
+        promise=float(section.promise_s),
+    )
 
 
 def _planning(section: PlanningSection) -> PlanningTime:

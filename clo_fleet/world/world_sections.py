@@ -76,6 +76,8 @@ class RadioSection(Section):
     range_m: Positive | None = Field(default=RADIO.range, description="By default everywhere.")
     delay_s: NonNegative = RADIO.delay
     loss: Fraction = RADIO.loss
+    repeat_s: Positive = Field(default=RADIO.repeat, description="How often plans are repeated if messages get lost.")
+    promise_s: Positive = Field(default=RADIO.promise, description="How long a promise counts that is not repeated.")
 
 
 class PlanningSection(Section):
