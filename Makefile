@@ -3,13 +3,14 @@
 PYTHON ?= python3
 WORLD ?= worlds/office.yaml
 WORKERS ?= 2
+WORLDS ?= 500
 
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
 .DEFAULT_GOAL := help
-.PHONY: help run test format-check lint types imports tests study bench format lock clean
+.PHONY: help run test format-check lint types imports tests study soak bench format lock clean
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
@@ -17,6 +18,7 @@ help:
 	@echo "make run     drive one world: WORLD=$(WORLD)"
 	@echo "make test    every gate: format, lint, types, imports, tests"
 	@echo "make study   the long studies"
+	@echo "make soak    hundreds of random worlds with random faults, watched: WORLDS=$(WORLDS)"
 	@echo "make bench   how fast it is: ratios and tables, nothing asserted"
 	@echo "make format  bring all files into form"
 	@echo "make lock    lock the newest versions that pyproject.toml allows into constraints.txt"
@@ -45,6 +47,9 @@ tests: $(READY)
 
 study: $(READY)
 	$(BIN)/pytest -m study --timeout=0
+
+soak: $(READY)
+	$(BIN)/python -m clo_fleet.testing.soak --worlds $(WORLDS)
 
 bench: $(READY)
 	$(BIN)/pytest -m bench --timeout=0 -s tests/bench

@@ -21,7 +21,7 @@ from clo_fleet.world.model import (
     RoomId,
 )
 
-__all__ = ["rooms_in_a_row", "rooms_on_a_corridor", "shipped_map"]
+__all__ = ["corridor_with_rooms", "rooms_in_a_row", "rooms_on_a_corridor", "shipped_map"]
 
 WIDTH, DEPTH = 6.0, 5.0  # [m] of a room in a row
 GAP = 1.2  # [m] a door between two rooms
@@ -67,6 +67,14 @@ def rooms_on_a_corridor(names: Sequence[str], folder: Path, *, closet: str = "")
     Raises:
         NetconvertMissingError: without the extra ``maps``.
     """
+    building = corridor_with_rooms(names, closet=closet)
+    path = folder / f"{building.name}.net.xml.gz"
+    build_network(building, path)
+    return replace(building, network=path)
+
+
+def corridor_with_rooms(names: Sequence[str], *, closet: str = "") -> BuildingMap:
+    """The same building, its network not yet built."""
     rooms, doors, corridors, junctions = [], [], [], []
     for number, name in enumerate(names):
         x, up = 10.0 * (number // 2), number % 2 == 0
@@ -92,16 +100,13 @@ def rooms_on_a_corridor(names: Sequence[str], folder: Path, *, closet: str = "")
         rooms.append(Room(RoomId(closet), rectangle(-4, 4, 4, 6)))
         both = (rooms[0].id, rooms[-1].id)
         doors.append(Door(id=DoorId(f"{closet}-door"), rooms=both, position=(0, 7), heading=math.pi, width=GAP))
-    building = BuildingMap(
+    return BuildingMap(
         name=f"corridor-{len(rooms)}",
         rooms=tuple(rooms),
         doors=tuple(doors),
         junctions=tuple(junctions),
         corridors=tuple(corridors),
     )
-    path = folder / f"{building.name}.net.xml.gz"
-    build_network(building, path)
-    return replace(building, network=path)
 
 
 def rectangle(x: float, y: float, width: float, height: float) -> tuple[Point, ...]:

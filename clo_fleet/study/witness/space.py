@@ -23,7 +23,6 @@ SUBSTEPS = 4  # of a tick, in which contacts are solved
 HAND_OVER = 0.06  # [m] a body this near to where its vehicle will be may become the vehicle
 PUSHED = 0.03  # [m] in a tick, by others, beyond the way that a robot makes by itself
 WALL = 0.025  # [m] half of a wall's thickness
-VEHICLE = (0.8, 0.6)  # [m] length, width
 TURNING = 0.02  # [m] of two vehicles: SUMO knows their places on lanes, and which lanes cross, but not their outlines
 NEAR = 1.1  # [m] between centres: further apart no two robots of usual size touch
 
@@ -126,8 +125,8 @@ class Space:
     def _overlaps(self, scene: Scene) -> Iterator[tuple[str, tuple[str, ...]]]:
         """No two robots are in the same space, whatever their forms.
 
-        A robot is a disc. As a vehicle it claims a box that is longer, which bodies keep out of; where corridors meet
-        the boxes of two vehicles may touch, though not the robots.
+        A robot is a disc; as a vehicle it claims a box that is longer, but boxes may touch where corridors meet, and
+        behind a robot that has just left its lane.
         """
         names, points = _points(scene.poses)
         for row, other in shapely.STRtree(points).query(points, predicate="dwithin", distance=self._near).T.tolist():
@@ -136,26 +135,10 @@ class Space:
                 driving = a in scene.vehicles and b in scene.vehicles
                 speed = self._top[a] + self._top[b]
                 into = TURNING if driving else speed * self._site.tick / SUBSTEPS
-                gap = self._gap(scene, a, b)
+                apart = math.dist(scene.poses[a].point, scene.poses[b].point)
+                gap = apart - self._radius[a] - self._radius[b]
                 if gap <= -into:
                     yield f"{-gap:.3f} m into one another, at {_at(scene.poses[a])} and {_at(scene.poses[b])}", (a, b)
-
-    def _gap(self, scene: Scene, a: RobotId, b: RobotId) -> float:
-        """How far two robots are apart [m]; negative: how far they are in one another."""
-        pose, other = scene.poses[a], scene.poses[b]
-        if (a in scene.bodies) is (b in scene.bodies):
-            return math.dist(pose.point, other.point) - self._radius[a] - self._radius[b]
-        if a in scene.bodies:
-            return _from_vehicle(other, pose) - self._radius[a]
-        return _from_vehicle(pose, other) - self._radius[b]
-
-
-def _from_vehicle(vehicle: Pose, body: Pose) -> float:
-    """How far a body's centre is from a vehicle's box [m]; 0 inside."""
-    dx, dy = body.x - vehicle.x, body.y - vehicle.y
-    cos, sin = math.cos(vehicle.heading), math.sin(vehicle.heading)
-    along, across = abs(dx * cos + dy * sin) - VEHICLE[0] / 2, abs(dy * cos - dx * sin) - VEHICLE[1] / 2
-    return math.hypot(max(0.0, along), max(0.0, across))
 
 
 def _points(poses: dict[RobotId, Pose]) -> tuple[list[RobotId], "np.ndarray[tuple[int], np.dtype[np.object_]]"]:
