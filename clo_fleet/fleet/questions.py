@@ -4,13 +4,10 @@ The simulation waits for the planner's processes, so that an answer is the same 
 time however busy the machine is. What a call costs in simulated time is the world's to say.
 """
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Self
-
-import networkx as nx
 
 from clo_fleet.clo.messages import PlanFailure
 from clo_fleet.clo.plain import plain_action, read_action
@@ -25,7 +22,8 @@ from clo_fleet.planning.planner import (
 )
 from clo_fleet.planning.planner_faults import PlannerFaults
 from clo_fleet.planning.pool import KILLED, PlannerPool
-from clo_fleet.planning.problem import Scene, planning_task
+from clo_fleet.planning.problem import Scene
+from clo_fleet.planning.relevance import Travels, narrow_task
 from clo_fleet.world.binding import SensorKind, SkillKind
 from clo_fleet.world.model import RobotId, World
 from clo_fleet.world.places import travel_time
@@ -94,8 +92,7 @@ class Questions:
     wall_limited: bool = False
     _pool: PlannerPool = field(init=False, repr=False)
     scene: Scene = field(init=False, repr=False)
-    _graph: Any = field(init=False, repr=False)
-    _ways: dict[str, dict[str, float]] = field(default_factory=dict, repr=False)
+    _travels: Travels = field(init=False, repr=False)
     _asked: dict[RobotId, float] = field(default_factory=dict, repr=False)
     _answered: list[Reply] = field(default_factory=list, repr=False)
     faults: PlannerFaults = field(default_factory=PlannerFaults)
@@ -114,8 +111,7 @@ class Questions:
             travel={pair: max(1, round(seconds * TENTHS)) for pair, seconds in travel_time(world.map).items()},
             skills=world.skills,
         )
-        self._graph = nx.DiGraph()
-        self._graph.add_weighted_edges_from((*pair, cost) for pair, cost in self.scene.travel.items())
+        self._travels = Travels(self.scene.travel)
 
     def __enter__(self) -> Self:
         self._pool.warm()
@@ -133,7 +129,7 @@ class Questions:
     def ask(self, robot: RobotId, state: frozenset[Fact], goals: Iterable[Fact], time: float) -> None:
         """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""
         self._asked[robot] = time
-        self._pool.submit(robot, planning_task(robot, self.scene, state, goals))
+        self._pool.submit(robot, narrow_task(robot, self.scene, self._travels, state, goals))
         if self.faults.strikes(robot):
             self._pool.kill(robot)
 
@@ -221,9 +217,7 @@ class Questions:
         """The cost of the way, over other rooms if it must be; a lower bound where the start is a zone."""
         if start == goal or start not in self.words.names.rooms:
             return 0.0
-        if start not in self._ways:
-            self._ways[start] = nx.single_source_dijkstra_path_length(self._graph, start)
-        return float(self._ways[start].get(goal, math.inf))
+        return self._travels.cost(start, goal)
 
     def _answer(self, robot: RobotId, asked: float, reply: PlanReply) -> Reply:
         planning, desk = self.world.planning, self.desks[robot]

@@ -104,6 +104,10 @@ class Vocabulary:
         """Where the truth of the fact comes from."""
         return self._sensors[fact[0]].kind
 
+    def kind_of(self, predicate: str) -> SensorKind:
+        """Where the truth of the predicate's facts comes from."""
+        return self._sensors[predicate].kind
+
     def is_effect(self, fact: Fact) -> bool:
         """Whether the fact is an effect: one that the poses do not show."""
         return fact[0] in self._sensors and self._sensors[fact[0]].kind is SensorKind.EFFECTS
