@@ -12,12 +12,13 @@ if TYPE_CHECKING:
 
 __all__ = ["HELP", "command", "options"]
 
-HELP = "make a building: a grid, a ring or a line of corridors with rooms"
+FORMS, PLANS = ("grid", "ring", "line"), ("hospital", "warehouse", "campus")
+HELP = "make a building: a grid, a ring or a line of corridors with rooms, or one of those in maps/"
 
 
 def options(parser: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    parser.add_argument("form", choices=("grid", "ring", "line"))
+    parser.add_argument("form", choices=(*FORMS, *PLANS))
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="folder for the map")
     parser.add_argument("--columns", type=count, default=4, help="of a grid (default: 4)")
     parser.add_argument("--rows", type=count, default=3, help="of a grid (default: 3)")
@@ -25,7 +26,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--spacing-m", type=float, default=12.0, metavar="M", help="from room to room (default: 12)")
     parser.add_argument("--room-m", type=float, default=5.0, metavar="M", help="width and depth (default: 5)")
     parser.add_argument("--two-lane", action="store_true", help="corridors with a lane for each direction")
-    parser.add_argument("--name", help="default: the form and its size, such as grid-4x3")
+    parser.add_argument("--name", help="of a grid, ring or line; default: such as grid-4x3")
     parser.add_argument("--force", action="store_true", help="overwrite a map of that name")
 
 
@@ -35,7 +36,9 @@ def command(chosen: argparse.Namespace) -> int:
     from clo_fleet.world.places import zones
 
     building, path = write_building(_building(chosen), chosen.out, force=chosen.force)
-    print(f"{path}: {len(building.rooms)} rooms, {len(building.corridors)} corridors in {len(zones(building))} zone,")
+    number = len(zones(building))
+    where = f"{number} zone{'s' * (number > 1)}"
+    print(f"{path}: {len(building.rooms)} rooms, {len(building.corridors)} corridors in {where},")
     print(
         f"  {len(building.spawn_points)} spawn points, {building.spawn_points[0].id} to {building.spawn_points[-1].id}"
     )
@@ -44,7 +47,10 @@ def command(chosen: argparse.Namespace) -> int:
 
 def _building(chosen: argparse.Namespace) -> "BuildingMap":
     from clo_fleet.world.buildings import Measures, grid, line, ring
+    from clo_fleet.world.floor_plans import campus, hospital, warehouse
 
+    if chosen.form in PLANS:
+        return {"hospital": hospital, "warehouse": warehouse, "campus": campus}[chosen.form]()
     measures = Measures(spacing=chosen.spacing_m, room=chosen.room_m, two_lane=chosen.two_lane)
     if chosen.form == "grid":
         return grid(chosen.columns, chosen.rows, measures, name=chosen.name)

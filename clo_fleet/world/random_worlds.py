@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 SHARED = 0.6  # the chance that a second robot wants what one wants
 SOMEWHERE = 0.25  # the chance that a robot also wants to be in some room
-FULL = 0.8  # the share of a room's places that are taken at most, so that robots can get through
+FULL = 0.8  # the share of a room's places that are taken at most, so that robots can get through; but always one
 UNTIL = 1800.0  # [s]
 
 
@@ -64,7 +64,7 @@ def random_world(building: BuildingMap, *, robots: int, objects: int, seed: int,
     spots = free_spots(building)
     rooms = max(round_trips(building), key=lambda part: (sum(len(spots[room]) for room in part), sorted(part)))
     lot = _Lot(seed, sorted(rooms), {room: list(spots[room]) for room in sorted(rooms)})
-    room_for = sum(int(len(spots[room]) * FULL) for room in rooms)
+    room_for = sum(lot.room_for.values())
     if not 1 <= robots <= room_for:
         raise CrowdedError("robots", robots, 1, room_for)
     if not 0 <= objects <= room_for - robots:
@@ -95,7 +95,7 @@ class _Lot:
     room_for: dict[RoomId, int] = field(init=False)
 
     def __post_init__(self) -> None:
-        self.room_for = {room: int(len(poses) * FULL) for room, poses in self.free.items()}
+        self.room_for = {room: min(len(poses), max(1, int(len(poses) * FULL))) for room, poses in self.free.items()}
 
     def one(self, what: str, choices: Sequence[T]) -> T:
         """One of the choices."""

@@ -6,12 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from clo_fleet.bridges.open_rmf import import_to_folder
 from clo_fleet.study.run import Run
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.places import zones
+from clo_fleet.world.random_worlds import random_world
 from clo_fleet.world.world_file import read_world
 
-BUILDING = Path(__file__).resolve().parents[3] / "shared" / "maps" / "open-rmf" / "office.building.yaml"
+FOLDER = Path(__file__).resolve().parents[3] / "shared" / "maps" / "open-rmf"
+BUILDING = FOLDER / "office.building.yaml"
 pytestmark = pytest.mark.skipif(not BUILDING.exists(), reason=f"needs the Open-RMF building {BUILDING}")
 
 WORLD = """
@@ -62,3 +65,15 @@ def test_four_robots_with_overlapping_goals_finish(folder: Path, strategy: str) 
     if strategy == "clo":
         assert len(result.helps) >= 3
         assert all(robot.planner_calls <= 1 + robot.repairs_refused for robot in result.robots.values())
+
+
+@pytest.mark.parametrize("name", ["battle_royale", "triple_H"])
+def test_a_random_fleet_finishes_in_the_other_buildings(tmp_path: Path, name: str) -> None:
+    """Their places are all on the open floor, so that every room is a bay, with space for a robot or two."""
+    imported, _ = import_to_folder(FOLDER / f"{name}.building.yaml", tmp_path)
+    assert imported.skipped == ()
+    assert len(imported.building.rooms) == len(imported.building.spawn_points) == 8
+    with Run(random_world(imported.building, robots=3, objects=5, seed=1), "clo") as run:
+        result = run.finish()
+    assert result.outcome == "goals_reached"
+    assert result.helps

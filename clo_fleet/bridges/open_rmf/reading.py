@@ -117,14 +117,14 @@ class _Reader:
             self._fault(("levels",), "at least one level")
             return None
         if wanted is None and len(levels) > 1:
-            self._fault(("levels",), f"one level, or a choice: {', '.join(levels)}", f"{len(levels)} levels")
+            self._fault(("levels",), f"a choice with --level, one of: {', '.join(levels)}", f"{len(levels)} levels")
             return None
         name = next(iter(levels)) if wanted is None else wanted
         if name not in levels:
             self._fault(("levels",), f"a level {name!r}; the file has: {', '.join(levels)}", "no such level")
             return None
         skipped = [Skipped("level", other, "a map has one level") for other in levels if other != name]
-        skipped += [Skipped("lift", lift, "a map has one level") for lift in self._mapping(("lifts",))]
+        skipped += [Skipped("lift", lift, "lifts are not followed") for lift in self._mapping(("lifts",))]
         return self._level(name, tuple(skipped))
 
     def _level(self, name: str, skipped: tuple[Skipped, ...]) -> Level | None:

@@ -268,7 +268,7 @@ def test_a_level_has_to_be_chosen_among_several(tmp_path: Path) -> None:
     """A map has one level; the others and the lifts are reported."""
     second = SKETCH[SKETCH.index("  L1:") : SKETCH.index("lifts:")].replace("L1:", "L2:")
     path = drawn(tmp_path, ("lifts: {}", f"{second}lifts:\n  Lift1: {{}}"))
-    assert "L1, L2" in refusal(path)
+    assert "expected a choice with --level, one of: L1, L2" in refusal(path)
     assert "no such level" in refusal(path, "L3")
     found = {(entry.kind, entry.name) for entry in import_building(path, level="L2").skipped}
     assert {("level", "L1"), ("lift", "Lift1")} <= found

@@ -20,7 +20,17 @@ from clo_fleet.world.model import (
     RoomId,
 )
 from clo_fleet.world.outlines import centroid, length
-from clo_fleet.world.places import Way, Ways, connected_rooms, reachable_rooms, room_at, round_trips, travel_time, zones
+from clo_fleet.world.places import (
+    Way,
+    Ways,
+    connected_rooms,
+    passages,
+    reachable_rooms,
+    room_at,
+    round_trips,
+    travel_time,
+    zones,
+)
 
 
 def room_id(name: str) -> RoomId:
@@ -146,3 +156,9 @@ def door_of(building: BuildingMap, room: Room) -> Door:
     """A room's only door."""
     (found,) = (door for door in building.doors if room.id in door.rooms)
     return found
+
+
+def test_rooms_with_two_ways_out_are_passages() -> None:
+    """Two doors, or one door where two zones end; nobody passes through a room with a single way out."""
+    assert passages(BUILDING) == {"a", "c"}
+    assert passages(grid(2, 2)) == frozenset()
