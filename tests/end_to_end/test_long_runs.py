@@ -77,10 +77,9 @@ def without_wall(value: object) -> object:
     return [without_wall(part) for part in value] if isinstance(value, list) else value
 
 
-@pytest.mark.parametrize(("world", "every"), [("hello", 8.0), ("three_rooms", 11.0)])
-def test_from_every_checkpoint_the_same_log_follows(world: str, every: float, tmp_path: Path) -> None:
+def test_from_every_checkpoint_the_same_log_follows(tmp_path: Path) -> None:
     """Byte for byte, in other processes; and the same result but for real times."""
-    assert_goes_on_alike(world, "clo", every, tmp_path)
+    assert_goes_on_alike("three_rooms", "clo", 11.0, tmp_path)
 
 
 @pytest.mark.study
@@ -119,7 +118,8 @@ def assert_survives(world: str, every: float, kills: int, seed: int, folder: Pat
     chance = random.Random(seed)
     whole, out = folder / "whole", folder / "killed"
     begin = (world_file(world), "--checkpoint-every", every, "--out")
-    subprocess.run(command(*begin, whole), check=True, capture_output=True, timeout=300)
+    with Run(read_world(world_file(world)), out=whole, checkpoint_every=every) as run:
+        run.finish()
     before, killed = command(*begin, out), 0
     while True:
         with subprocess.Popen(before, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
