@@ -16,7 +16,8 @@ from clo_fleet.clo.strategies import STRATEGIES
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.run import Run, planner_pool
 from clo_fleet.study.shipped import shipped
-from clo_fleet.world.model import PlanningTime, Radio, World
+from clo_fleet.world.disturbances import FaultRate, RandomFaults
+from clo_fleet.world.model import Radio, World
 from clo_fleet.world.world_file import read_world
 
 WORLDS = sorted(path.stem for path in shipped("worlds").glob("*.yaml"))
@@ -40,11 +41,13 @@ def command(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "clo_fleet", "run", *map(str, arguments), "--json"]
 
 
-def saved_everywhere(world: World, strategy: str, every: float, folder: Path, source: Path | None) -> dict[float, Path]:
+def saved_everywhere(
+    world: World, strategy: str, every: float, folder: Path, source: Path | None, planners: PlannerPool | None = None
+) -> dict[float, Path]:
     """Run a world to its end in ``folder / "whole"``; copies of its files as they were at each checkpoint, by time."""
     copies: dict[float, Path] = {}
     whole = folder / "whole"
-    with Run(world, strategy, out=whole, checkpoint_every=every, source=source) as run:
+    with Run(world, strategy, out=whole, checkpoint_every=every, source=source, planners=planners) as run:
         while not run.done:
             run.step(round(every / 0.2))
             if (whole / f"checkpoints/{run.time:09.1f}.json.gz").exists():
@@ -94,19 +97,32 @@ def test_from_every_checkpoint_the_same_log_follows_with_every_strategy(
     assert_goes_on_alike(world, strategy, max(0.2, round(makespan / 50) * 5 + 0.2), tmp_path)
 
 
-def test_answers_and_messages_under_way_arrive_after_a_checkpoint(tmp_path: Path, planners: PlannerPool) -> None:
-    """Planning and radio that take simulated time, durations that vary, messages that are lost: saved very often."""
+def test_what_is_under_way_arrives_after_a_checkpoint(tmp_path: Path, planners: PlannerPool) -> None:
+    """Answers, messages, looks, faults that last, doomed actions: saved very often, and resumed from some."""
     world = read_world(world_file("three_rooms"))
     world = replace(
         world,
-        planning=PlanningTime(fixed=3.1),
+        planning=replace(world.planning, fixed=3.1),
         radio=Radio(delay=1.5, loss=0.2),
+        perception=replace(world.perception, look=0.1),
         skills=replace(world.skills, spread=0.3, speed_spread=0.2),
+        faults=RandomFaults(
+            (
+                *(
+                    FaultRate(kind, 120.0, lasts=(2.0, 8.0))
+                    for kind in ("robot_broken", "sensor_blinded", "radio_lost")
+                ),
+                FaultRate("robot_slowed", 120.0, lasts=(2.0, 8.0), amount=0.5),
+                FaultRate("skill_fails", 240.0, lasts=(5.0, 15.0), skill="prepare"),
+                *(FaultRate(kind, 120.0) for kind in ("planner_killed", "object_moved", "object_dropped")),
+            )
+        ),
         until=30.0,
     )
-    copies = saved_everywhere(world, "replan", 0.6, tmp_path, None)
+    copies = saved_everywhere(world, "clo", 1.0, tmp_path, None, planners)
     events = (tmp_path / "whole/events.jsonl").read_bytes()
-    for time in sorted(copies)[5::15]:
+    assert events.count(b'"kind":"disturbed"') > 5
+    for time in sorted(copies)[7::11]:
         with Run.resumed(copies[time], world, planners=planners) as run:
             assert run.resumed_at == time
             run.finish()
