@@ -1,6 +1,9 @@
 """Random worlds with random faults end in a named outcome with every invariant whole, and what does not is kept."""
 
 import json
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -59,3 +62,18 @@ def test_a_broken_invariant_ends_a_run_and_is_told(run_fleet: RunFleet) -> None:
     told = seen(run)
     assert (told["ending"], told["time_s"]) == ("broken", 0.4)
     assert told["why"].startswith("at 0.2 s: r1: event ")
+
+
+def test_nothing_outlives_a_soak_that_is_killed(tmp_path: Path) -> None:
+    """The process of runs ends with whoever asked it, in the middle of a run."""
+    code = (
+        f"from clo_fleet.testing.soak import soak; from pathlib import Path; list(soak([15], Path({str(tmp_path)!r})))"
+    )
+    with subprocess.Popen([sys.executable, "-c", code]) as parent:
+        children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
+        while not (child := children.read_text().split()) or not (tmp_path / "errors.txt").exists():
+            assert parent.poll() is None, "it ended before it began"
+        parent.kill()
+    ended = time.monotonic() + 60.0
+    while Path(f"/proc/{child[0]}").exists():
+        assert time.monotonic() < ended, "the process of runs goes on"

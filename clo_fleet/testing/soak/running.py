@@ -123,9 +123,6 @@ class _Child:
         process, self._process = self._process, None
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGABRT)  # faulthandler says where it was
-        process.wait()
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                pipe.close()
+        process.communicate()
         said = self._errors.read_text(encoding="utf-8", errors="replace").strip()
         return f"exit code {process.returncode}: {said[-LAST_WORDS:]}"
