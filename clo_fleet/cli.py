@@ -22,6 +22,7 @@ from clo_fleet.commands import (
     schema,
     study_repair,
     validate,
+    view,
 )
 from clo_fleet.commands.exit_codes import BAD_INPUT, INTERRUPTED, OTHER_OUTCOME
 from clo_fleet.errors import CloFleetError
@@ -43,6 +44,7 @@ class _Subcommand(Protocol):
 
 _SUBCOMMANDS: dict[str, _Subcommand] = {
     "run": run,
+    "view": view,
     "compare": compare,
     "batch": batch,
     "query": query,

@@ -32,6 +32,10 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--resume", type=Path, metavar="DIR", help="go on with the run saved in DIR")
     parser.add_argument("--json", action="store_true", help="print result.json instead of tables")
     parser.add_argument("--explain", metavar="ROBOT", help="tell the story of one robot")
+    parser.add_argument("--view", action="store_true", help="write a replay, run.html, as well")
+    parser.add_argument(
+        "--live", action="store_true", help="show the run in a browser while it goes on (loopback only)"
+    )
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -43,8 +47,21 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.explain is not None and chosen.explain not in {spec.id for spec in world.robots}:
         raise UnknownRobotError(chosen.explain, tuple(spec.id for spec in world.robots))
     with run:
-        result = finished(run, chosen)
+        if chosen.live:
+            from clo_fleet.study.replay.live import serving
+
+            with serving(run) as server:
+                print(f"watch it at {server.url}", file=sys.stderr)
+                result = finished(run, chosen)
+                print("the run has ended; Ctrl-C ends the server", file=sys.stderr)
+                server.wait()
+        else:
+            result = finished(run, chosen)
         log = run.log
+    if chosen.view:
+        from clo_fleet.study.replay.page import view
+
+        view(out)
     from clo_fleet.study.expectations import disappointments
     from clo_fleet.study.story import story
     from clo_fleet.study.summary import show, summary
@@ -58,6 +75,8 @@ def command(chosen: argparse.Namespace) -> int:
         for disappointment in disappointments(world, result):
             print(f"not as the world expects: {disappointment}")
         print(f"written to {out}/events.jsonl and {out}/result.json")
+        if chosen.view:
+            print(f"to look at: {out}/run.html")
     return REACHED if result.outcome == "goals_reached" else OTHER_OUTCOME
 
 

@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, Self
 from clo_fleet.study.event_reading import EventLogError, Recorded, read_events, recorded
 from clo_fleet.world.events import Event, kind, plain
 
-__all__ = ["EventLog", "EventLogError", "LogMark", "Recorded", "line", "reaches", "read_events"]
+__all__ = ["EventLog", "EventLogError", "LogMark", "Recorded", "json_of", "line", "reaches", "read_events"]
 
 WRITE_AFTER = 1 << 16  # bytes
 
@@ -102,10 +102,14 @@ def reaches(path: Path, mark: LogMark) -> bool:
     return path.is_file() and hashlib.sha256(_written(path, mark.size)).hexdigest() == mark.sha256
 
 
+def json_of(number: int, time: float, event: Event) -> dict[str, Any]:
+    """The event as a JSON object."""
+    return {"id": number, "t": time, "kind": kind(event), **plain(event)}
+
+
 def line(number: int, time: float, event: Event) -> str:
     """The event as one line of JSON; the same event always gives the same bytes."""
-    values: dict[str, Any] = {"id": number, "t": time, "kind": kind(event), **plain(event)}
-    return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
+    return json.dumps(json_of(number, time, event), ensure_ascii=False, separators=(",", ":"))
 
 
 def _written(path: Path, size: int) -> bytes:

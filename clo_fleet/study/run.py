@@ -254,7 +254,7 @@ class Run:
         return tuple(self._log.events)
 
     def log_since(self, number: int) -> tuple[Recorded, ...]:
-        """The events from the one of that number on."""
+        """The events from the one of that number on; another thread may ask too."""
         return tuple(self._log.events[number:])
 
     def step(self, ticks: int = 1) -> None:
