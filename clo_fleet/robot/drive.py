@@ -4,10 +4,10 @@ Phases, in order; a door straight between two rooms skips those in brackets::
 
     approach -> queue -> [pass out -> insert -> travel -> wait to enter ->] pass in
 
-The robot drives towards the door's gate, a little inside, and on its way asks for the doorway. If it may pass, it
-does not stop there; who has to wait, stands beside the door. Inside a doorway it drives along a line of its own and
-is not steered aside, because the doorway is its own: out to the pose at which SUMO will have its vehicle, or from
-where its vehicle held, to the gate of the other room.
+The robot drives towards the door's gate, a little inside, and on its way asks for the right of way to the other room,
+then for the doorway. If it may go, it does not stop there; who has to wait, stands beside the door. Inside a doorway
+it drives along a line of its own and is not steered aside, because the doorway is its own: out to the pose at which
+SUMO will have its vehicle, or from where its vehicle held, to the gate of the other room.
 """
 
 import math
@@ -20,8 +20,10 @@ from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, inward, thr
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
 from clo_fleet.robot.steering import Steering, follow
 from clo_fleet.sim.doors import Way, is_wide
+from clo_fleet.sim.right_of_way import Obstacle
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.site import Site
+from clo_fleet.sim.traffic import Course
 from clo_fleet.sim.walls import beyond, inner_point
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, RobotId, RoomId
 
@@ -39,7 +41,11 @@ STILL = 0.05  # [m/s] who wants to go no faster waits
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
 OFF_DOOR = 1.1  # [m] from a narrow door a vehicle is out of the way of who comes next
 COMING = 6.0  # [m] before a narrow door vehicles come first: this far they get while one passes out
-GIVE_UP = 60.0  # [s] without any way through the room
+GIVE_UP = 60.0  # [s] without any way through the room, or while everything that leads on is closed
+TURN_AGAIN = 1.0  # [s] after which who is on its way and should turn off tries again
+RECHOOSE = (
+    5.0  # [s] after which who waits for the right of way looks for a better way, and who cannot go on, for another
+)
 PUSHED = 0.6  # [m] round the gate objects are pushed, not gone round: who stands in the way of the door moves
 
 
@@ -57,9 +63,13 @@ class Phase(Enum):
 
 @dataclass(slots=True)
 class Drive:
-    """Drive from room ``start`` to room ``goal``, out of door ``out`` and in at door ``into``.
+    """Drive from room ``start`` to room ``goal``.
 
     Attributes:
+        course: out of which door, in at which, and the route between them.
+        chosen_at: when it last looked for a way [s].
+        shut_since: since when no way is open [s]; negative if one is.
+        turned: whether it was cancelled on its way and is coming back.
         line: in a doorway, the points that it comes from and drives to.
         held_since: since when it holds before the door and could pass if there were room [s]; negative: it does not.
         spot: where it waits beside the door, and since when that is so [s].
@@ -68,8 +78,10 @@ class Drive:
     start: RoomId
     goal: RoomId
     phase: Phase = Phase.APPROACH
-    out: DoorId | None = None
-    into: DoorId | None = None
+    course: Course | None = None
+    chosen_at: float = -math.inf
+    shut_since: float = -1.0
+    turned: bool = False
     line: list[Point] = field(default_factory=list)
     spot: tuple[float, Point] | None = None
     held_since: float = -1.0
@@ -78,26 +90,31 @@ class Drive:
 
     def step(self, body: Body) -> Progress:
         """Go on for one tick."""
-        if self.out is None:
-            chosen = _choose(body, self.start, self.goal)
-            if chosen is None:
-                return Failed("no way")
-            self.out, self.into = chosen
         if self.cancelling and self.phase in (Phase.APPROACH, Phase.QUEUE):
             self.release(body)
             return Cancelled()
+        if self.course is None and not self._choose(body):
+            return self._no_way(body)
         return _STEPS[self.phase](self, body)
 
     def cancel(self) -> None:
-        """Turn back if still in the room; once in the doorway, the drive goes on to its end."""
+        """Stay if still in the room; on the way come back where one can turn; else the drive goes on to its end."""
         self.cancelling = True
 
     def release(self, body: Body) -> None:
-        """Leave the queues at both doors."""
-        for door in (self.out, self.into):
-            if door is not None:
-                for way in Way:
-                    body.site.doors.release(door, way, body.id)
+        """Give back the right of way, and leave the queues at both doors."""
+        body.site.traffic.right_of_way.withdraw(body.id)
+        self._leave_doors(body)
+
+    @property
+    def out(self) -> DoorId | None:
+        """The door through which it leaves."""
+        return self.course.out if self.course else None
+
+    @property
+    def into(self) -> DoorId | None:
+        """The door through which it comes in."""
+        return self.course.into if self.course else None
 
     def state(self) -> dict[str, Any]:
         """Plain data."""
@@ -106,8 +123,10 @@ class Drive:
             "start": self.start,
             "goal": self.goal,
             "phase": self.phase.value,
-            "out": self.out,
-            "into": self.into,
+            "course": self.course.state() if self.course else None,
+            "chosen_at": self.chosen_at if self.course else None,
+            "shut_since": self.shut_since,
+            "turned": self.turned,
             "line": [list(point) for point in self.line],
             "spot": [self.spot[0], list(self.spot[1])] if self.spot else None,
             "held_since": self.held_since,
@@ -122,8 +141,10 @@ class Drive:
             start=state["start"],
             goal=state["goal"],
             phase=Phase(state["phase"]),
-            out=state["out"],
-            into=state["into"],
+            course=Course.from_state(state["course"]) if state["course"] else None,
+            chosen_at=state["chosen_at"] if state["course"] else -math.inf,
+            shut_since=state["shut_since"],
+            turned=state["turned"],
             line=[(x, y) for x, y in state["line"]],
             spot=(state["spot"][0], tuple(state["spot"][1])) if state["spot"] else None,
             held_since=state["held_since"],
@@ -145,6 +166,8 @@ class Drive:
     def _queue(self, body: Body) -> Progress:
         """On through the gate if it may; else to a place beside the door, to wait there."""
         site, spec = body.site, body.spec
+        if (why := self._set_out(body)) is not None:
+            return why
         door = _door(site, self.out)
         way = _way(door, self.start)
         here, target = site.pose(body.id).point, gate(door, self.start, spec.radius, out=True)
@@ -170,7 +193,7 @@ class Drive:
     def _pass_out(self, body: Body) -> Progress:
         here = body.site.pose(body.id).point
         if math.dist(here, self.line[-1]) < HAND_OVER:
-            body.site.depart(body.id, self._route(body.site))
+            body.site.depart(body.id, self._route())
             door = _door(body.site, self.out)
             if is_wide(door):
                 body.site.doors.release(door.id, _way(door, self.start), body.id)
@@ -189,8 +212,8 @@ class Drive:
         if math.dist(body.site.pose(body.id).point, door.position) > OFF_DOOR:
             body.site.doors.release(door.id, _way(door, self.start), body.id)
         if not body.site.arrived(body.id):
-            return Under()
-        self.release(body)
+            return self._go_another_way(body)
+        self._leave_doors(body)
         self.phase = Phase.WAIT_TO_ENTER
         return self._wait_to_enter(body)
 
@@ -198,6 +221,8 @@ class Drive:
         site, radius = body.site, body.spec.radius
         door = _door(site, self.into)
         way = Way.IN if self.goal == door.rooms[0] else Way.OUT
+        if site.traffic.door_closed(door.id):
+            return Under(standing_for=f"door {door.id}, which is closed")
         if not site.doors.request(door.id, way, body.id, urgent=True):
             return Under(standing_for=f"door {door.id}, after robot {site.doors.queue(door.id, way)[0]}")
         self.held_since = body.time if self.held_since < 0.0 else self.held_since
@@ -217,8 +242,76 @@ class Drive:
         inside = _depth(door, self.goal, here)
         if inside > INSIDE - 0.1 and site.place(body.id) == PlaceId(self.goal):
             self.release(body)
-            return Done()
+            return Cancelled() if self.turned else Done()
         return Under(follow(site, body.spec, self.line, stop=False, ahead=AHEAD), direct=inside < body.spec.radius)
+
+    # ---- the way -------------------------------------------------------------------------------------------
+
+    def _choose(self, body: Body) -> bool:
+        """Look for the quickest way; whether there is one."""
+        self.chosen_at = body.time
+        course = body.site.course(body.id, self.start, self.goal, self.out)
+        if course is None and self.course is not None:
+            self.release(body)
+            self.spot, self.phase = None, Phase.APPROACH
+            course = body.site.course(body.id, self.start, self.goal)
+        self.course = course
+        self.shut_since = -1.0 if course is not None else self.shut_since
+        return course is not None
+
+    def _no_way(self, body: Body) -> Progress:
+        """Without a way: hopeless, unless something is closed that may be opened again."""
+        self.release(body)
+        self.phase, self.spot = Phase.APPROACH, None
+        shut = body.site.traffic.closed()
+        if not shut:
+            return Failed("no way")
+        self.shut_since = body.time if self.shut_since < 0.0 else self.shut_since
+        if body.time - self.shut_since > GIVE_UP:
+            return Failed(f"closed: {', '.join(shut)}")
+        return Under(standing_for=f"a way that is open, not {', '.join(shut)}")
+
+    def _set_out(self, body: Body) -> Progress | None:
+        """Ask for the right of way; what to do while it does not have it, ``None`` once it has."""
+        site = body.site
+        assert self.course is not None
+        if site.set_out(body.id, self.start, self.goal, self.course) and not site.traffic.door_closed(self.course.out):
+            return None
+        if body.time - self.chosen_at >= RECHOOSE and not site.traffic.right_of_way.granted(body.id):
+            if not self._choose(body):
+                return self._no_way(body)
+            if self.phase is Phase.APPROACH:
+                return self._approach(body)
+            return self._set_out(body)  # at once: what is granted has to be what it wants
+        return self._wait(body, _door(site, self.out), 2, _hindrance_text(site, body.id, self.course))
+
+    def _go_another_way(self, body: Body) -> Progress:
+        """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
+        site = body.site
+        assert self.course is not None
+        if self.turned or body.time - self.chosen_at < TURN_AGAIN:
+            return Under()
+        shut = site.traffic.blocked(body.id, self._route())
+        if not (self.cancelling or shut):
+            return Under()
+        self.chosen_at = body.time
+        if self.cancelling and (back := site.divert(body.id, self.start, self.start)) is not None:
+            self.course, self.goal, self.turned = back, self.start, True
+        elif shut and (other := site.divert(body.id, self.start, self.goal)) is not None:
+            self.course = other
+        return Under()
+
+    def _leave_doors(self, body: Body) -> None:
+        """Leave the queues at both doors."""
+        for door in (self.out, self.into):
+            if door is not None:
+                for way in Way:
+                    body.site.doors.release(door, way, body.id)
+
+    def _route(self) -> Route:
+        assert self.course is not None
+        assert self.course.route is not None, "a door straight between two rooms needs no route"
+        return self.course.route
 
     # ---- their parts ---------------------------------------------------------------------------------------
 
@@ -258,7 +351,7 @@ class Drive:
             return "" if clear(body.site, body.id, door, self.goal) else f"room behind door {door.id}"
         if not is_wide(door) and (other := body.site.coming(door.id, COMING)):
             return f"door {door.id}, for robot {other}"
-        free = body.site.entry_clear(self._route(body.site), body.spec.radius)
+        free = body.site.entry_clear(self._route(), body.spec.radius)
         return "" if free else f"room in the corridor behind door {door.id}"
 
     def _line_out(self, body: Body, door: Door) -> list[Point]:
@@ -267,19 +360,12 @@ class Drive:
             return [self._inside(door, body.spec.radius)]
         return [
             throat(door, self.start, body.spec.radius, out=True),
-            body.site.corridors.entry_pose(self._route(body.site)).point,
+            body.site.corridors.entry_pose(self._route()).point,
         ]
 
     def _inside(self, door: Door, radius: float) -> Point:
         """The end of the way in, a look ahead beyond where it counts as through."""
         return gate(door, self.goal, radius, out=False, inside=INSIDE + AHEAD)
-
-    def _route(self, site: Site) -> Route:
-        assert self.out is not None
-        assert self.into is not None
-        route = site.corridors.route(self.out, self.into)
-        assert route is not None, "the doors were chosen for their route"
-        return route
 
 
 _STEPS = {
@@ -293,20 +379,19 @@ _STEPS = {
 }
 
 
-def _choose(body: Body, start: RoomId, goal: RoomId) -> tuple[DoorId, DoorId] | None:
-    """The doors of the quickest way, by free flow: to the door, and from door to door."""
-    here = body.site.pose(body.id).point
-    best: tuple[float, DoorId, DoorId] | None = None
-    for way in body.site.ways(start, goal):
-        time = math.dist(here, body.site.door(way.exit).position) / body.site.max_speed(body.id)
-        if way.zone is not None:
-            route = body.site.corridors.route(way.exit, way.entry)
-            if route is None:
-                continue
-            time += route.time
-        if best is None or (time, way.exit, way.entry) < best:
-            best = (time, way.exit, way.entry)
-    return None if best is None else best[1:]
+def _hindrance_text(site: Site, robot: RobotId, course: Course) -> str:
+    """Why a robot may not set out, in words."""
+    found = site.traffic.hindrance(robot)
+    if found is None:
+        return f"door {course.out}, which is closed"
+    after = f", after robot {found.by[0]}" if found.by else ""
+    return {
+        Obstacle.CLOSED: f"corridor {found.where}, which is closed",
+        Obstacle.ROOM: f"a place in room {found.where}",
+        Obstacle.SINGLE_LANE: f"corridor {found.where}{after}",
+        Obstacle.FULL_LANES: f"space in corridor {found.where}",
+        Obstacle.TURN: f"its turn on the way to room {found.where}{after}",
+    }[found.obstacle]
 
 
 def _door(site: Site, door: DoorId | None) -> Door:

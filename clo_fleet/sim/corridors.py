@@ -19,21 +19,36 @@ libsumo simulates one network per process, and starting a second silently replac
 context manager that refuses to open while another is open. Nothing of libsumo leaves this file.
 """
 
-import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
-from enum import Enum
-from math import atan2, cos, inf, isfinite, pi, radians, remainder, sin, tau
+from math import atan2, inf, pi, radians
 from pathlib import Path
-from typing import IO, Any, Self
+from typing import Any, Self
 
-from clo_fleet.errors import CloFleetError
+from clo_fleet.sim.corridor_errors import (
+    CorridorsFailedError,
+    CorridorsMisuseError,
+    CorridorsOpenError,
+    NetworkRefusedError,
+)
+from clo_fleet.sim.network import network_edges
 from clo_fleet.sim.network_check import check_network
 from clo_fleet.sim.preflight import check_libsumo
-from clo_fleet.sim.routes import Route, Routes
-from clo_fleet.world.model import BuildingMap, DoorId, Point, Pose, RobotId
+from clo_fleet.sim.routes import Route
+from clo_fleet.sim.stderr import stderr_into
+from clo_fleet.sim.vehicle import (
+    ENTRY,
+    ENTRY_ROOM,
+    LENGTH,
+    VEHICLE,
+    VEHICLE_TYPE,
+    Phase,
+    Vehicle,
+    check_speed,
+    vehicle_pose,
+)
+from clo_fleet.world.model import BuildingMap, Pose, RobotId
 
 __all__ = [
     "Corridors",
@@ -43,22 +58,6 @@ __all__ = [
     "NetworkRefusedError",
 ]
 
-VEHICLE_TYPE = "robot"
-VEHICLE = {  # SI units; nothing random in it
-    "Length": 0.8,
-    "Width": 0.6,
-    "MinGap": 0.3,
-    "MaxSpeed": 1.5,
-    "Accel": 1.0,
-    "Decel": 1.5,
-    "ApparentDecel": 1.5,
-    "Tau": 0.3,
-    "Imperfection": 0.0,
-    "SpeedDeviation": 0.0,
-}
-LENGTH = VEHICLE["Length"]
-ENTRY = LENGTH + 0.1  # [m] along the first lane: where SUMO's departPos "base" puts the front bumper
-ENTRY_ROOM = ENTRY + VEHICLE["MinGap"]  # [m] of the first lane that must be free
 FOR_EVER = 1e8  # [s]
 STANDING = 0.05  # [m/s]
 STANDING_TIME = 1.0  # [s] of standing before a robot counts as waiting
@@ -74,63 +73,6 @@ OPTIONS = (
 SHORT = 300  # characters of SUMO's messages that are passed on
 
 
-class NetworkRefusedError(CloFleetError):
-    """SUMO cannot simulate the map's network, or it is not the map's.
-
-    Attributes:
-        path: the network file, ``None`` if the map names none.
-        reason: what is wrong with it.
-    """
-
-    def __init__(self, path: Path | None, reason: str) -> None:
-        super().__init__(path, reason)
-        self.path, self.reason = path, reason
-
-    def __str__(self) -> str:
-        return f"corridor network {self.path}: {self.reason}; build it anew with clo-fleet build-network MAP"
-
-
-class CorridorsOpenError(CloFleetError):
-    """The process simulates corridors already, and SUMO can do so only once at a time."""
-
-
-class CorridorsMisuseError(CloFleetError):
-    """A call that does not fit where a robot is, or whether the corridors are open; nothing has changed."""
-
-
-class CorridorsFailedError(CloFleetError):
-    """SUMO failed to do something that it should do.
-
-    Attributes:
-        task: what it was to do.
-        reason: its own message.
-    """
-
-    def __init__(self, task: str, reason: str) -> None:
-        super().__init__(task, reason)
-        self.task, self.reason = task, reason
-
-    def __str__(self) -> str:
-        return f"SUMO could not {self.task}: {self.reason}"
-
-
-class _Phase(Enum):
-    """How far a robot has come."""
-
-    ASKED = "asked"
-    DRIVING = "driving"
-    HOLDING = "holding"
-
-
-@dataclass(slots=True)
-class _Vehicle:
-    """What is kept for each robot."""
-
-    route: Route
-    max_speed: float
-    phase: _Phase = _Phase.ASKED
-
-
 class Corridors:
     """The traffic in a building's corridors; use it as a context manager."""
 
@@ -142,16 +84,16 @@ class Corridors:
             seed: any whole number.
             tick: how far one step goes [s].
         """
-        self._building = building
+        self.building = building
         self._seed = seed
         self._tick = tick
         self._saved: Path | None = None
         self._libsumo: Any = None
-        self._vehicles: dict[RobotId, _Vehicle] = {}
+        self._vehicles: dict[RobotId, Vehicle] = {}
         self._entered: tuple[RobotId, ...] = ()
         self._known_to_sumo: set[str] = set()
         self._types: set[str] = set()
-        self._routes = Routes(building)
+        self._closed: set[str] = set()
 
     def __enter__(self) -> Self:
         """Start SUMO on the building's network.
@@ -167,10 +109,10 @@ class Corridors:
 
         if libsumo.isLoaded():
             raise CorridorsOpenError("corridors are open already in this process: close them first")
-        path = self._building.network
+        path = self.building.network
         if path is None:
             raise NetworkRefusedError(path, "the map has none")
-        if faults := check_network(self._building, path):
+        if faults := check_network(self.building, path):
             raise NetworkRefusedError(path, "; ".join(faults)[:SHORT])
         self._start(libsumo, path)
         return self
@@ -187,18 +129,10 @@ class Corridors:
         self._vehicles.clear()
         self._entered = ()
 
-    def route(self, start: DoorId, end: DoorId) -> Route | None:
-        """The fastest way from door to door in empty corridors; ``None`` if there is none, or if they are the same.
-
-        Raises:
-            UnknownDoorError: if the map lacks one of them.
-        """
-        return self._routes.fastest(start, end)
-
     def entry_clear(self, route: Route) -> bool:
         """Whether the route's first lane has room for one more robot just behind the door, and none waits for it."""
         first = route.edges[0]
-        if any(v.phase is _Phase.ASKED and v.route.edges[0] == first for v in self._vehicles.values()):
+        if any(v.phase is Phase.ASKED and v.route.edges[0] == first for v in self._vehicles.values()):
             return False
         with self._sumo("look at a lane") as sumo:
             there = sumo.lane.getLastStepVehicleIDs(_lane(first))
@@ -218,7 +152,7 @@ class Corridors:
 
         Args:
             robot: not yet in these corridors.
-            route: from ``route``.
+            route: a way through this building.
             max_speed: the robot's own limit [m/s].
 
         Raises:
@@ -226,7 +160,7 @@ class Corridors:
         """
         if robot in self._vehicles:
             raise CorridorsMisuseError(f"robot {robot!r} is in the corridors already")
-        _check_speed(max_speed)
+        check_speed(max_speed)
         with self._sumo(f"add robot {robot!r}") as sumo:
             name = " ".join(route.edges)
             if name not in self._known_to_sumo:
@@ -236,7 +170,7 @@ class Corridors:
             sumo.vehicle.add(robot, name, typeID=of_type, depart="now", departPos="base", departSpeed="0")
             last = route.edges[-1]
             sumo.vehicle.setStop(robot, last, sumo.lane.getLength(_lane(last)), 0, FOR_EVER, 0)
-        self._vehicles[robot] = _Vehicle(route, max_speed)
+        self._vehicles[robot] = Vehicle(route, max_speed)
 
     def step(self) -> None:
         """Let one tick of traffic happen."""
@@ -246,9 +180,9 @@ class Corridors:
             stopped = sumo.simulation.getStopStartingVehiclesIDList()
         self._entered = tuple(sorted(RobotId(v) for v in departed))
         for robot in self._entered:
-            self._vehicles[robot].phase = _Phase.DRIVING
+            self._vehicles[robot].phase = Phase.DRIVING
         for robot in stopped:
-            self._vehicles[robot].phase = _Phase.HOLDING
+            self._vehicles[robot].phase = Phase.HOLDING
 
     def entered(self) -> tuple[RobotId, ...]:
         """The robots let in by the last step, sorted."""
@@ -256,7 +190,7 @@ class Corridors:
 
     def arrived(self) -> tuple[RobotId, ...]:
         """The robots that hold at their far door, sorted."""
-        return tuple(sorted(r for r, v in self._vehicles.items() if v.phase is _Phase.HOLDING))
+        return tuple(sorted(r for r, v in self._vehicles.items() if v.phase is Phase.HOLDING))
 
     def remove(self, robot: RobotId) -> Pose:
         """Take out a robot that has arrived, or that is not let in yet, and tell where it held or would have entered.
@@ -265,9 +199,9 @@ class Corridors:
             CorridorsMisuseError: if the robot is not here, or on its way.
         """
         vehicle = self._vehicle(robot)
-        if vehicle.phase is _Phase.DRIVING:
+        if vehicle.phase is Phase.DRIVING:
             raise CorridorsMisuseError(f"robot {robot!r} is on its way to door {vehicle.route.end!r}")
-        pose = self.entry_pose(vehicle.route) if vehicle.phase is _Phase.ASKED else self.pose(robot)
+        pose = self.entry_pose(vehicle.route) if vehicle.phase is Phase.ASKED else self.pose(robot)
         with self._sumo(f"remove robot {robot!r}") as sumo:
             sumo.vehicle.remove(robot)
         del self._vehicles[robot]
@@ -297,10 +231,72 @@ class Corridors:
             CorridorsMisuseError: if the robot is not here, or the speed is no speed.
         """
         vehicle = self._vehicle(robot)
-        _check_speed(max_speed)
+        check_speed(max_speed)
         with self._sumo(f"change the speed of robot {robot!r}") as sumo:
             self._give_type(sumo, robot, max_speed)
         vehicle.max_speed = max_speed
+
+    def lengths(self) -> dict[str, float]:
+        """How long the lane of each edge is [m]."""
+        with self._sumo("measure the lanes") as sumo:
+            return {edge.id: float(sumo.lane.getLength(_lane(edge.id))) for edge in network_edges(self.building)}
+
+    def lanes_left(self, robot: RobotId) -> tuple[str, ...]:
+        """The edges of its route that a robot has not left with its tail; all of them until it has entered."""
+        vehicle = self._vehicle(robot)
+        if vehicle.phase is not Phase.DRIVING:
+            return vehicle.route.edges if vehicle.phase is Phase.ASKED else vehicle.route.edges[-1:]
+        with self._sumo("find a robot") as sumo:
+            number = vehicle.passed + sumo.vehicle.getRouteIndex(robot)
+            straddles = number > 0 and sumo.vehicle.getLanePosition(robot) < LENGTH
+            if straddles and sumo.vehicle.getRoadID(robot) == vehicle.route.edges[number]:
+                number -= 1
+        return vehicle.route.edges[number:]
+
+    def turning_point(self, robot: RobotId) -> str | None:
+        """The edge on which a robot drives, if it could still turn off at the end of it; ``None`` else."""
+        vehicle = self._vehicle(robot)
+        if vehicle.phase is not Phase.DRIVING:
+            return None
+        with self._sumo("find a robot") as sumo:
+            edge, speed = sumo.vehicle.getRoadID(robot), sumo.vehicle.getSpeed(robot)
+            if edge.startswith(":"):
+                return None
+            left = sumo.lane.getLength(_lane(edge)) - sumo.vehicle.getLanePosition(robot)
+        return str(edge) if left > speed * speed / VEHICLE["Decel"] + speed * self._tick else None
+
+    def divert(self, robot: RobotId, route: Route) -> None:
+        """Send a robot another way, from the edge on which it drives to where the route ends.
+
+        Args:
+            robot: on its way.
+            route: begins with the edges that the robot drove on so far, its present one included.
+
+        Raises:
+            CorridorsMisuseError: if the robot is not on its way, or not where the route says.
+        """
+        vehicle = self._vehicle(robot)
+        with self._sumo(f"divert robot {robot!r}") as sumo:
+            number = vehicle.passed + sumo.vehicle.getRouteIndex(robot) if vehicle.phase is Phase.DRIVING else -1
+            if number < 0 or route.edges[: number + 1] != vehicle.route.edges[: number + 1]:
+                raise CorridorsMisuseError(f"robot {robot!r} cannot turn off to door {route.end!r}")
+            sumo.vehicle.replaceStop(robot, 0, "")
+            sumo.vehicle.setRoute(robot, route.edges[number:])
+            last = route.edges[-1]
+            sumo.vehicle.setStop(robot, last, sumo.lane.getLength(_lane(last)), 0, FOR_EVER, 0)
+        vehicle.passed, vehicle.route = number, route
+
+    def close_edge(self, edge: str) -> None:
+        """Let nobody drive onto an edge any more; who is on it drives on."""
+        with self._sumo(f"close {edge!r}") as sumo:
+            sumo.lane.setDisallowed(_lane(edge), ["all"])
+        self._closed.add(edge)
+
+    def open_edge(self, edge: str) -> None:
+        """Let robots drive onto an edge again."""
+        with self._sumo(f"open {edge!r}") as sumo:
+            sumo.lane.setDisallowed(_lane(edge), [])
+        self._closed.discard(edge)
 
     def waiting(self) -> dict[RobotId, RobotId | None]:
         """The robots that have stood on their way for over a second, sorted, and the robot that each stands behind.
@@ -327,11 +323,14 @@ class Corridors:
 
     def state(self) -> dict[str, object]:
         """What these corridors keep beside SUMO's half of the state, as plain data for JSON."""
-        vehicles = {
-            robot: {"route": v.route.state(), "max_speed": v.max_speed, "phase": v.phase.value}
-            for robot, v in sorted(self._vehicles.items())
+        vehicles = {robot: vehicle.state() for robot, vehicle in sorted(self._vehicles.items())}
+        return {
+            "seed": self._seed,
+            "tick": self._tick,
+            "entered": list(self._entered),
+            "vehicles": vehicles,
+            "closed": sorted(self._closed),
         }
-        return {"seed": self._seed, "tick": self._tick, "entered": list(self._entered), "vehicles": vehicles}
 
     @classmethod
     def from_state(cls, building: BuildingMap, state: Mapping[str, Any], saved: Path) -> Self:
@@ -345,8 +344,8 @@ class Corridors:
         corridors = cls(building, seed=state["seed"], tick=state["tick"])
         corridors._saved = saved
         corridors._entered = tuple(state["entered"])
-        for robot, v in state["vehicles"].items():
-            corridors._vehicles[robot] = _Vehicle(Route.from_state(v["route"]), v["max_speed"], _Phase(v["phase"]))
+        corridors._vehicles = {robot: Vehicle.from_state(v) for robot, v in state["vehicles"].items()}
+        corridors._closed = set(state["closed"])
         return corridors
 
     def _start(self, libsumo: Any, path: Path) -> None:
@@ -355,7 +354,7 @@ class Corridors:
             command += ["--load-state", str(self._saved)]
         with tempfile.TemporaryFile() as said:
             try:
-                with _stderr_into(said):
+                with stderr_into(said):
                     libsumo.start([*command, *OPTIONS])
             except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
                 libsumo.close()
@@ -382,6 +381,8 @@ class Corridors:
         self._types = {of_type for of_type in sumo.vehicletype.getIDList() if of_type.startswith(f"{VEHICLE_TYPE}-")}
         for robot, vehicle in self._vehicles.items():
             self._give_type(sumo, robot, vehicle.max_speed)
+        for edge in sorted(self._closed):
+            sumo.lane.setDisallowed(_lane(edge), ["all"])
 
     def _give_type(self, sumo: Any, robot: RobotId, max_speed: float) -> str:
         """The robot's own vehicle type, with its speed.
@@ -396,23 +397,23 @@ class Corridors:
         sumo.vehicletype.setMaxSpeed(of_type, max_speed)
         return of_type
 
-    def _vehicle(self, robot: RobotId) -> _Vehicle:
+    def _vehicle(self, robot: RobotId) -> Vehicle:
         if robot not in self._vehicles:
             raise CorridorsMisuseError(f"robot {robot!r} is not in the corridors")
         return self._vehicles[robot]
 
     def _inside(self) -> list[RobotId]:
-        return sorted(r for r, v in self._vehicles.items() if v.phase is not _Phase.ASKED)
+        return sorted(r for r, v in self._vehicles.items() if v.phase is not Phase.ASKED)
 
     def _check_inside(self, robot: RobotId) -> None:
-        if self._vehicle(robot).phase is _Phase.ASKED:
+        if self._vehicle(robot).phase is Phase.ASKED:
             raise CorridorsMisuseError(f"robot {robot!r} has not entered the corridors yet")
 
     def _pose_on_lane(self, edge: str, front: float) -> Pose:
         """The centre of a robot with its front at a point of the edge's lane [m]."""
         with self._sumo("measure a lane") as sumo:
             (x, y), (back_x, back_y) = (sumo.simulation.convert2D(edge, at, 0) for at in (front, front - LENGTH))
-        return _centre((x, y), atan2(y - back_y, x - back_x))
+        return vehicle_pose((x, y), atan2(y - back_y, x - back_x))
 
     @contextmanager
     def _sumo(self, task: str) -> Iterator[Any]:
@@ -431,33 +432,10 @@ class Corridors:
             raise CorridorsFailedError(task, str(error)[:SHORT]) from error
 
 
-@contextmanager
-def _stderr_into(file: IO[bytes]) -> Iterator[None]:
-    """Catch what is written to standard error: SUMO's exceptions do not say what its messages there say."""
-    kept = os.dup(2)
-    try:
-        os.dup2(file.fileno(), 2)
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-
-
 def _lane(edge: str) -> str:
     return f"{edge}_0"
 
 
 def _vehicle_pose(sumo: Any, robot: RobotId) -> Pose:
     """The pose of a vehicle, which points ``getAngle`` degrees clockwise from north."""
-    return _centre(sumo.vehicle.getPosition(robot), pi / 2 - radians(sumo.vehicle.getAngle(robot)))
-
-
-def _centre(front: Point, heading: float) -> Pose:
-    """The pose of a robot whose front bumper is at a point."""
-    x, y = front
-    return Pose(x - LENGTH / 2 * cos(heading), y - LENGTH / 2 * sin(heading), remainder(heading, tau))
-
-
-def _check_speed(speed: float) -> None:
-    if not (isfinite(speed) and speed >= 0):
-        raise CorridorsMisuseError(f"{speed} m/s is no speed limit")
+    return vehicle_pose(sumo.vehicle.getPosition(robot), pi / 2 - radians(sumo.vehicle.getAngle(robot)))

@@ -12,7 +12,7 @@ from typing import Any
 
 from clo_fleet.world.model import Door, DoorId, RobotId
 
-__all__ = ["Doors", "Way", "is_wide"]
+__all__ = ["WIDE", "Doors", "Way", "is_wide"]
 
 WIDE = 1.6  # [m] two robots of 0.6 m in lanes 0.7 m apart pass with 0.1 m between them and 0.15 m at the sides
 

@@ -21,10 +21,13 @@ from typing import Any, Self
 from clo_fleet.errors import CloFleetError
 from clo_fleet.sim.corridors import Corridors
 from clo_fleet.sim.doors import Doors
+from clo_fleet.sim.lanes import passages
 from clo_fleet.sim.paths import RoomPaths
 from clo_fleet.sim.rooms import Rooms
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.sightlines import Sightlines
+from clo_fleet.sim.traffic import Course, Traffic
+from clo_fleet.sim.vehicle import off_vehicle
 from clo_fleet.sim.walls import free_space, in_room
 from clo_fleet.world.model import (
     BuildingMap,
@@ -44,7 +47,7 @@ from clo_fleet.world.places import Way, Ways, zones
 
 __all__ = ["NoCorridorsError", "Site"]
 
-VEHICLE_BOX = (0.4, 0.3)  # [m] half of a vehicle's length and width
+SLOWEST = 0.05  # [m/s] at which a robot counts on getting to a door
 BESIDE = 0.05  # [m] a vehicle this near to where another is to enter is in the way; on the other lane it is not
 
 
@@ -67,11 +70,12 @@ class Site:
         self.building = building
         self.tick = tick
         self.rooms = Rooms(building, robots, objects, tick=tick)
-        self.doors = Doors(building.doors)
         self._corridors = Corridors(building, seed=seed, tick=tick) if building.corridors else None
+        self.traffic = Traffic(building, self._corridors, robots)
         self._room: dict[RoomId, Room] = {room.id: room for room in building.rooms}
-        self._door: dict[DoorId, Door] = {door.id: door for door in building.doors}
-        self._doors_of = {room: tuple(door for door in building.doors if room in door.rooms) for room in self._room}
+        self._door: dict[DoorId, Door] = {door.id: door for door in passages(building)}
+        self._doors_of = {room: tuple(d for d in self._door.values() if room in d.rooms) for room in self._room}
+        self.doors = Doors(self._door.values())
         self._objects = {spec.id: spec for spec in sorted(objects, key=lambda spec: spec.id)}
         self._robots = {spec.id: spec for spec in sorted(robots, key=lambda spec: spec.id)}
         self._zone_of_door = _zones_of_doors(building)
@@ -224,7 +228,7 @@ class Site:
         if not self.corridors.entry_clear(route):
             return False
         entry = self.corridors.entry_pose(route).point
-        return all(_from_vehicle(pose, entry) > radius + BESIDE for pose in self.corridors.poses().values())
+        return all(off_vehicle(pose, entry) > radius + BESIDE for pose in self.corridors.poses().values())
 
     def coming(self, door: DoorId, within: float) -> RobotId | None:
         """The first vehicle by id that is to arrive at the door and is this near to it [m], or holds there."""
@@ -235,7 +239,30 @@ class Site:
         )
         return next(near, None)
 
+    def course(self, robot: RobotId, start: RoomId, goal: RoomId, out: DoorId | None = None) -> Course | None:
+        """The quickest way from room to room as things are, to the door included; ``None``: none is open.
+
+        ``out``: only out of this door, if given.
+        """
+        here, speed = self.pose(robot).point, self._max_speed[robot]
+        away = {door.id: math.dist(here, door.position) / max(speed, SLOWEST) for door in self._doors_of[start]}
+        ways = (way for way in self.ways(start, goal) if out in (None, way.exit))
+        return self.traffic.course(ways, away)
+
     # ---- acting --------------------------------------------------------------------------------------------
+
+    def set_out(self, robot: RobotId, start: RoomId, goal: RoomId, course: Course) -> bool:
+        """Ask for the right of way along a course; whether the robot has it."""
+        return self.traffic.set_out(robot, start, goal, course, self._standing)
+
+    def divert(self, robot: RobotId, start: RoomId, goal: RoomId) -> Course | None:
+        """Send a vehicle that came from ``start`` another way, into ``goal``; ``None``: that cannot be, now."""
+        doors = (door for door in self._doors_of[goal] if len(door.rooms) == 1)
+        route = self.traffic.divert(robot, self._vehicle[robot], start, doors)
+        if route is None:
+            return None
+        self._vehicle[robot] = route
+        return Course(route.start, route.end, route)
 
     def slow(self, robot: RobotId, max_speed: float) -> None:
         """Set the robot's top speed [m/s]."""
@@ -270,6 +297,7 @@ class Site:
 
     def depart(self, robot: RobotId, route: Route) -> None:
         """Ask SUMO to take the robot over where it stands, at the beginning of ``route``."""
+        assert self.traffic.right_of_way.claim(robot) == route.edges, "a robot drives where it has the right of way"
         self.corridors.enter(robot, route, self._max_speed[robot])
         self._inserting[robot] = route
 
@@ -280,6 +308,7 @@ class Site:
     def admit(self, robot: RobotId) -> None:
         """Turn a vehicle that arrived into a body at the same pose."""
         self._vehicle.pop(robot)
+        self.traffic.right_of_way.withdraw(robot)
         self.rooms.add_robot(robot, self.corridors.remove(robot))
         self.rooms.set_max_speed(robot, self._max_speed[robot])
 
@@ -296,6 +325,7 @@ class Site:
         for robot, pose in self.rooms.poses().items():
             self._place[robot] = self._place_at(pose.point, self._place[robot])
         self._note_who_is_where()
+        self.traffic.step(self._vehicle, self._standing)
         return entered
 
     def state(self) -> dict[str, Any]:
@@ -304,6 +334,7 @@ class Site:
             "rooms": self.rooms.state(),
             "doors": self.doors.state(),
             "corridors": self._corridors.state() if self._corridors else None,
+            "traffic": self.traffic.state(),
             "place": dict(self._place),
             "object_place": {item: [list(at), room] for item, (at, room) in self._object_place.items()},
             "max_speed": dict(self._max_speed),
@@ -329,6 +360,7 @@ class Site:
         site.doors.restore(state["doors"])
         if traffic is not None:
             site._corridors = Corridors.from_state(building, state["corridors"], traffic)
+        site.traffic = Traffic.from_state(building, site._corridors, robots, state["traffic"])
         site._place = dict(state["place"])
         site._object_place = {item: ((at[0], at[1]), room) for item, (at, room) in state["object_place"].items()}
         site._max_speed = dict(state["max_speed"])
@@ -376,14 +408,6 @@ class Site:
         if in_room(self._room[last], point):
             return last
         return next((room.id for room in self.building.rooms if in_room(room, point)), last)
-
-
-def _from_vehicle(pose: Pose, point: Point) -> float:
-    """How far a point is from a vehicle's box [m]; 0 inside."""
-    dx, dy = point[0] - pose.x, point[1] - pose.y
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
-    along, across = abs(dx * cos + dy * sin) - VEHICLE_BOX[0], abs(dy * cos - dx * sin) - VEHICLE_BOX[1]
-    return math.hypot(max(0.0, along), max(0.0, across))
 
 
 def _zones_of_doors(building: BuildingMap) -> dict[DoorId, PlaceId]:

@@ -1,6 +1,7 @@
 """Ways from door to door."""
 
 import json
+import math
 
 import pytest
 
@@ -80,3 +81,33 @@ def test_an_unknown_door_is_an_error() -> None:
     routes = Routes(building(IN))
     with pytest.raises(UnknownDoorError, match="no door 'a'"):
         routes.fastest(W, DoorId("a"))
+
+
+def test_no_way_leads_past_a_door() -> None:
+    """Whoever stands before one would block it; and plans do not count on it either."""
+    through = building(corridor("c1", W, N, (0.0, 0.0), (0.0, 9.0)), corridor("c2", N, E, (0.0, 9.0), (9.0, 0.0)))
+    routes = Routes(through)
+    assert routes.fastest(W, N) is not None
+    assert routes.fastest(W, E) is None
+
+
+def test_a_delay_leads_another_way_and_an_infinite_one_nowhere() -> None:
+    """The time counts the delays; the route's own time does not."""
+    routes = Routes(building(IN, DIRECT, ROUND, OUT))
+    route, time = routes.quickest(W, E, lambda edge: 30.0 if edge == "round" else 0.0)
+    assert route is not None
+    assert route.edges == ("in", "direct", "out")
+    assert time == pytest.approx(34.0)
+    assert route.time == pytest.approx(34.0)
+    assert routes.quickest(W, E, lambda edge: math.inf if edge == "in" else 0.0) == (None, math.inf)
+
+
+def test_a_robot_on_its_way_goes_on_from_the_end_of_its_edge() -> None:
+    """Round the loop to come back, as it cannot turn on the spot."""
+    routes = Routes(building(IN, DIRECT, ROUND, OUT))
+    assert routes.onward("in", W, lambda _: 0.0)[0] == ("round", "-direct", "-in")
+    assert routes.onward("round", E, lambda _: 0.0)[0] == ("out",)
+    assert routes.onward("round", E, lambda _: 0.0)[1] == pytest.approx(2.0)
+    assert routes.onward("out", E, lambda _: 0.0) == ((), 0.0)
+    assert routes.onward("out", W, lambda _: 0.0) == ((), math.inf)
+    assert [routes.time(edge) for edge in ("in", "direct")] == pytest.approx([2.0, 30.0])
