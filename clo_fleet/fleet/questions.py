@@ -26,7 +26,7 @@ from clo_fleet.planning.problem import Scene
 from clo_fleet.planning.relevance import Travels, narrow_task
 from clo_fleet.world.binding import SensorKind, SkillKind
 from clo_fleet.world.model import RobotId, World
-from clo_fleet.world.places import passages, travel_time
+from clo_fleet.world.places import travel_time
 from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["Desk", "Questions", "Reply"]
@@ -110,7 +110,6 @@ class Questions:
             words=self.words,
             travel={pair: max(1, round(seconds * TENTHS)) for pair, seconds in travel_time(world.map).items()},
             skills=world.skills,
-            passages=passages(world.map),
         )
         self._travels = Travels(self.scene.travel)
 

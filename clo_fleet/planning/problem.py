@@ -66,13 +66,11 @@ class Scene:
         travel: how long the way from one place to the next takes [0.1 s], for each pair of rooms that share a door
             or a zone, and from each zone to its rooms.
         skills: how long the skills take.
-        passages: rooms that a way to others can lead through; ``None``: any.
     """
 
     words: Vocabulary
     travel: Mapping[tuple[str, str], int]
     skills: SkillSettings
-    passages: frozenset[str] | None = None
 
 
 def planning_task(
@@ -81,8 +79,7 @@ def planning_task(
     """What ``robot`` asks the planner of the fleet's domain.
 
     Zones other than the one that the robot is in are left out, with all that is believed about them: it cannot plan
-    to go there. Ways to rooms that nothing is believed or wanted about are left out too, unless they lead on to others:
-    there is nothing to do in them, and the ten thousand ways of a zone with a hundred rooms take the planner seconds.
+    to go there.
 
     Args:
         robot: who plans.
@@ -95,11 +92,7 @@ def planning_task(
     zones = sorted({start for start, _ in scene.travel}.difference(words.names.rooms))
     here = [zone for zone in zones if not beliefs.isdisjoint(words.facts(SensorKind.PLACE, robot, zone))]
     elsewhere = frozenset(zones).difference(here)
-    goals, given = tuple(goals), tuple(given)
     travel = {pair: cost for pair, cost in scene.travel.items() if pair[0] not in elsewhere}
-    if scene.passages is not None:
-        of_use = scene.passages.union(here, *(fact[1:] for fact in (*beliefs, *goals, *given)))
-        travel = {pair: cost for pair, cost in travel.items() if of_use.issuperset(pair)}
     static = {*words.given, *words.facts(SensorKind.SELF, robot)}
     static.update(fact for room in words.names.rooms for fact in words.facts(SensorKind.ROOM, room))
     static.update(fact for pair in travel for fact in words.facts(SensorKind.CONNECTED, *pair))
@@ -108,7 +101,7 @@ def planning_task(
         robot=robot,
         objects=words.objects(here),
         facts=frozenset(fact for fact in beliefs if elsewhere.isdisjoint(fact[1:])) | static,
-        goals=goals,
+        goals=tuple(goals),
         costs=tuple(sorted(_costs(scene, travel).items())),
     )
 

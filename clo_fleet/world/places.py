@@ -6,7 +6,7 @@ Estimates assume free corridors and an empty building.
 """
 
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from heapq import heappop, heappush
@@ -20,7 +20,6 @@ __all__ = [
     "Way",
     "Ways",
     "connected_rooms",
-    "passages",
     "reachable_rooms",
     "room_at",
     "round_trips",
@@ -138,21 +137,6 @@ def connected_rooms(building: BuildingMap) -> tuple[RoomPair, ...]:
 def travel_time(building: BuildingMap) -> dict[RoomPair, float]:
     """Estimates for the quickest way between each ordered pair of connected rooms, from middle to middle [s]."""
     return {pair: found[0].time for pair, found in Ways(building).all()}
-
-
-def passages(building: BuildingMap) -> frozenset[RoomId]:
-    """The rooms through which a way can lead from one place to another: those with more than one way out."""
-    beyond: dict[str, set[PlaceId]] = defaultdict(set)
-    ends = {corridor.id: (corridor.start, corridor.end) for corridor in building.corridors}
-    for zone, members in zones(building).items():
-        for member in members:
-            for end in ends[member]:
-                beyond[end].add(zone)
-    ways_out: Counter[RoomId] = Counter()
-    for door in building.doors:
-        for room in door.rooms:
-            ways_out[room] += max(1, len(beyond[door.id]))
-    return frozenset(room for room, number in ways_out.items() if number > 1)
 
 
 def reachable_rooms(building: BuildingMap, starts: Iterable[RoomId]) -> dict[RoomId, frozenset[RoomId]]:

@@ -87,21 +87,3 @@ def test_a_task_that_does_not_fit_is_refused_with_every_fault(change: dict[str, 
     with pytest.raises(PlanningTaskError) as caught:
         check(task, fleet_domain())
     assert fault in caught.value.faults
-
-
-def test_ways_to_rooms_without_business_are_left_out() -> None:
-    """Of a hundred rooms of a zone those count that something is known or wanted about, and those that lead on."""
-    rooms = tuple(f"l{number}" for number in range(6))
-    travel = {(a, b): 10 for a in rooms for b in rooms if a != b}
-    scene = Scene(
-        words=Vocabulary(fleet_binding(), Names(robots=("r1", "r2"), objects=("o1",), rooms=rooms, zones=())),
-        travel=travel,
-        skills=SkillSettings(),
-        passages=frozenset({"l4"}),
-    )
-    beliefs = frozenset({("at-robot", "r1", "l0"), ("at-object", "o1", "l1"), ("meets", "r2", "l2")})
-    task = planning_task("r1", scene, beliefs, [("at-object", "o1", "l3")])
-    connected = {fact[1:] for fact in task.facts if fact[0] == "connected"}
-    assert connected == {(a, b) for a, b in travel if "l5" not in (a, b)}
-    assert {term[1:] for term, _ in task.costs if term[0] == "travel-time"} == connected
-    assert {name for kind, names in task.objects if kind == "place" for name in names} == set(rooms)

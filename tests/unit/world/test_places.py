@@ -24,7 +24,6 @@ from clo_fleet.world.places import (
     Way,
     Ways,
     connected_rooms,
-    passages,
     reachable_rooms,
     room_at,
     round_trips,
@@ -156,9 +155,3 @@ def door_of(building: BuildingMap, room: Room) -> Door:
     """A room's only door."""
     (found,) = (door for door in building.doors if room.id in door.rooms)
     return found
-
-
-def test_rooms_with_two_ways_out_are_passages() -> None:
-    """Two doors, or one door where two zones end; nobody passes through a room with a single way out."""
-    assert passages(BUILDING) == {"a", "c"}
-    assert passages(grid(2, 2)) == frozenset()
