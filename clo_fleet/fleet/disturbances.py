@@ -94,6 +94,11 @@ class Disturbances:
         match disturbance:
             case world.CorridorClosed() | world.CorridorOpened() | world.DoorClosed() | world.DoorOpened():
                 return _NoEffect("nobody can shut it")
+            case world.FactTurned(_, fact, value):
+                if (fact in self._truth.effects) is value:
+                    return _NoEffect("it is so already")
+                self._truth.come_about({fact: value}, None)
+                return described(disturbance)
             case world.SkillFails():
                 self._conversation.mishaps.add(disturbance)
                 return described(disturbance)

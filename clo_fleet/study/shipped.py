@@ -40,7 +40,7 @@ def copy_out(target: Path) -> tuple[Path, ...]:
         (source, target / folder / source.name)
         for folder in FOLDERS
         for source in sorted(shipped(folder).iterdir())
-        if source.name.endswith((".yaml", ".net.xml.gz"))
+        if source.name.endswith((".yaml", ".pddl", ".net.xml.gz"))
     ]
     if in_the_way := tuple(copy for _, copy in pairs if copy.exists()):
         raise FolderInUseError(in_the_way)

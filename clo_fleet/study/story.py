@@ -70,10 +70,12 @@ def _because(fact: Fact, by: str | None, cause: int | None, log: Sequence[Record
         return f"{fact_text(fact)} was true"
     past = {"give": "gave", "prepare": "prepared", "place": "brought", "grasp": "took", "move": "moved"}
     schema, arguments = action.action.rstrip(")").split("(", 1)
+    if schema not in past or len(fact) < 2:
+        return f"{by} did {action.action}"
     item = fact[2] if fact[0] == "holding" else fact[1]
     where = f" to {fact[2]}" if fact[0] == "at-object" else ""
     assert arguments, "every action of the fleet names its robot"
-    return f"{by} {past.get(schema, schema)} {item}{where}"
+    return f"{by} {past[schema]} {item}{where}"
 
 
 def _claim(fact: Fact, value: bool) -> str:

@@ -10,8 +10,8 @@ from clo_fleet.errors import CloFleetError
 from clo_fleet.sim.walls import in_front
 from clo_fleet.world.disturbance_checks import Befallen, disturbance_findings
 from clo_fleet.world.disturbances import Disturbance
-from clo_fleet.world.domain_file import fleet_binding
 from clo_fleet.world.faults import Finding, key_text
+from clo_fleet.world.goal_checks import goal_findings, known_in, reach_findings
 from clo_fleet.world.model import (
     BuildingMap,
     ObjectId,
@@ -25,7 +25,8 @@ from clo_fleet.world.model import (
     World,
 )
 from clo_fleet.world.outlines import clearance
-from clo_fleet.world.world_checks import Cast, cast_findings, reach_findings
+from clo_fleet.world.vocabulary import vocabulary
+from clo_fleet.world.world_checks import Cast, cast_findings
 
 __all__ = ["NoSpotError", "UnsoundWorldError", "WorldBuilder"]
 
@@ -163,13 +164,16 @@ class WorldBuilder:
         befallen = Befallen(
             robots=tuple(cast.goals),
             objects=cast.object_ids,
-            skills=tuple(dict((world.domain or fleet_binding()).skills)),
+            known=known_in(world),
             building=world.map,
             unsound=(),
             until=world.until,
         )
         disturbed = disturbance_findings(tuple(enumerate(world.disturbances)), world.faults, befallen)
-        findings = (*cast_findings(cast, world.map), *disturbed) or tuple(reach_findings(cast, world.map))
+        words = vocabulary(world)
+        wanted = goal_findings(cast.goals, known_in(world), words)
+        findings = (*cast_findings(cast, world.map), *disturbed, *wanted)
+        findings = findings or tuple(reach_findings(world.robots, world.objects, world.map, words))
         if findings:
             raise UnsoundWorldError(findings)
         return world

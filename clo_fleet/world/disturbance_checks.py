@@ -4,7 +4,9 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from clo_fleet.world import disturbances as made
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.disturbances import Disturbance, RandomFaults, kind_of, subject_of
+from clo_fleet.world.fact_checks import Known, fact_findings
 from clo_fleet.world.faults import Finding, KeyPath, did_you_mean
 from clo_fleet.world.model import BuildingMap, Point
 from clo_fleet.world.outlines import clearance
@@ -33,7 +35,7 @@ class Befallen:
 
     Attributes:
         robots, objects: all there are.
-        skills: the actions' schemas.
+        known: the domain's actions, and what facts may be about; ``None``: the domain could not be read.
         building: ``None`` if it could not be read: nothing is said about doors and corridors then.
         unsound: what could not be read in full.
         until: how long the run may last [s].
@@ -41,10 +43,15 @@ class Befallen:
 
     robots: Collection[str]
     objects: Collection[str]
-    skills: Collection[str]
+    known: Known | None
     building: BuildingMap | None
     unsound: Unsound
     until: float
+
+    @property
+    def skills(self) -> tuple[str, ...] | None:
+        """The actions' schemas."""
+        return None if self.known is None else tuple(name for name, _ in self.known.binding.skills)
 
 
 def disturbance_findings(
@@ -77,6 +84,9 @@ def _reference_findings(key: KeyPath, disturbance: Disturbance, who: Befallen) -
             yield from _place_findings((*key, "to_m"), disturbance.position, who.building)
         case made.ObjectTaken() | made.ObjectPrepared() | made.ObjectDropped():
             yield from unknown((*key, "object"), disturbance.object, who.objects, ("objects",), who.unsound)
+        case made.FactTurned(fact=fact):
+            if who.known is not None:
+                yield from fact_findings((*key, "fact"), fact, who.known, (SensorKind.EFFECTS,))
         case made.DoorClosed() | made.DoorOpened():
             if who.building is not None:
                 doors = [door.id for door in who.building.doors]
@@ -102,8 +112,8 @@ def _place_findings(key: KeyPath, position: Point | None, building: BuildingMap 
         yield Finding(key, "a point inside a room and outside its obstacles")
 
 
-def _skill_findings(key: KeyPath, skill: str, skills: Collection[str]) -> Iterator[Finding]:
-    if skill not in skills:
+def _skill_findings(key: KeyPath, skill: str, skills: Collection[str] | None) -> Iterator[Finding]:
+    if skills is not None and skill not in skills:
         yield Finding(key, f"one of {', '.join(sorted(skills))}{did_you_mean(skill, skills)}", repr(skill))
 
 

@@ -10,10 +10,11 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, JsonValue
 from pydantic_core import PydanticCustomError
 
+from clo_fleet.clo.task import parse_fact
 from clo_fleet.world import disturbances as made
 from clo_fleet.world.disturbances import Disturbance, FaultRate, RandomFaults
 from clo_fleet.world.ids import CorridorId, DoorId, ObjectId, Point, RobotId
-from clo_fleet.world.sections import Fraction, Id, NonNegative, PointM, Positive, Section
+from clo_fleet.world.sections import FactText, Fraction, Id, NonNegative, PointM, Positive, Section
 
 __all__ = ["DisturbanceSection", "FaultsSection", "disturbances_in", "random_faults_in"]
 
@@ -68,6 +69,14 @@ class ObjectPreparedSection(_Timed):
 
     kind: Literal["object_prepared"]
     object: Id
+
+
+class FactTurnedSection(_Timed):
+    """An effect turns true or false by itself."""
+
+    kind: Literal["fact_turned"]
+    fact: FactText
+    value: bool = True
 
 
 class ObjectDroppedSection(_Timed):
@@ -163,6 +172,7 @@ DisturbanceSection = Annotated[
     | ObjectReturnedSection
     | ObjectPreparedSection
     | ObjectDroppedSection
+    | FactTurnedSection
     | RobotSlowedSection
     | RobotFaultSection
     | RobotMendedSection
@@ -278,6 +288,8 @@ def _pair(section: DisturbanceSection, at: float, end: float) -> tuple[Disturban
             return made.ObjectPrepared(at, ObjectId(section.object)), None
         case ObjectDroppedSection():
             return made.ObjectDropped(at, ObjectId(section.object)), None
+        case FactTurnedSection():
+            return made.FactTurned(at, parse_fact(section.fact), section.value), None
         case SkillFailsSection():
             return _skill_fails(section, at, end), None
         case DoorClosedSection(door=door):

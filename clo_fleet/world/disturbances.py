@@ -7,6 +7,7 @@ is to happen in a run can be printed before it. Random faults are rates here; ``
 import re
 from dataclasses import dataclass
 
+from clo_fleet.clo.task import Fact, fact_text
 from clo_fleet.world.ids import CorridorId, DoorId, ObjectId, Point, RobotId
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "Disturbance",
     "DoorClosed",
     "DoorOpened",
+    "FactTurned",
     "FaultRate",
     "ObjectDropped",
     "ObjectMoved",
@@ -104,6 +106,15 @@ class ObjectPrepared:
 
     time: float
     object: ObjectId
+
+
+@dataclass(frozen=True, slots=True)
+class FactTurned:
+    """An effect turns true or false by itself: somebody answers unasked, or what was done is undone."""
+
+    time: float
+    fact: Fact
+    value: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,6 +239,7 @@ Disturbance = (
     | ObjectReturned
     | ObjectPrepared
     | ObjectDropped
+    | FactTurned
     | RobotSlowed
     | RobotRecovered
     | RobotBroken
@@ -296,6 +308,8 @@ def subject_of(disturbance: Disturbance) -> str:
             | ObjectDropped(_, item)
         ):
             return item
+        case FactTurned(fact=fact):
+            return fact_text(fact)
         case SkillFails(robot=robot):
             return robot or "anyone"
         case _:
@@ -311,6 +325,8 @@ def described(disturbance: Disturbance) -> str:
             return f"{speed:.3g} m/s"
         case PlannerSlowed(seconds=seconds):
             return f"by {seconds:.3g} s"
+        case FactTurned(value=value):
+            return "true" if value else "false"
         case SkillFails():
             return _which(disturbance)
         case _:

@@ -5,7 +5,7 @@ object and the place that this fact is about". So none of them knows a predicate
 of its own.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from clo_fleet.clo.task import Action, Fact
@@ -94,7 +94,8 @@ class Vocabulary:
         effects = self._by_kind[SensorKind.EFFECTS]
         self.shown = frozenset(name for s in effects if s.seen for name in s.admits[s.seen - 1])
         self._known: dict[tuple[SensorKind, tuple[str, ...]], tuple[Fact, ...]] = {}
-        self.given = frozenset(fact for fact in binding.facts if self.kind(fact) is SensorKind.GIVEN)
+        kinds = {name: sensor.kind for name, sensor in binding.sensors}
+        self.given = frozenset(fact for fact in binding.facts if kinds.get(fact[0]) is SensorKind.GIVEN)
         prepared = {(PREPARED, name) for name in names.prepared if PREPARED in self._sensors}
         self.beginning = (binding.facts | prepared) - self.given
 
@@ -132,6 +133,14 @@ class Vocabulary:
             )
             self._known[kind, values] = found
         return found
+
+    def atoms(self, kind: SensorKind, terms: tuple[str, ...], things: Sequence[frozenset[str]]) -> tuple[Fact, ...]:
+        """The same of variables that may stand for any of these things."""
+        return tuple(
+            _fact(sensor, terms)
+            for sensor in self._by_kind[kind]
+            if all(some <= admits for some, admits in zip(things, sensor.admits, strict=True))
+        )
 
     def item(self, fact: Fact) -> str:
         """The object whose place the fact tells, on a floor or in a hand; empty: it tells another thing."""

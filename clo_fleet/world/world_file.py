@@ -23,7 +23,8 @@ faults: {object_moved: {per_hour: 6}, robot_broken: {per_hour: 2, for_s: [10, 60
 expected: {outcome: goals_reached}
 ```
 
-Only ``format``, ``map`` and ``robots`` are required. The map is named relative to the world file.
+Only ``format``, ``map`` and ``robots`` are required. A world with a PDDL domain of its own binds it under the key
+``domain`` (see ``domain.yaml`` beside this file, which binds the fleet's). The map is named relative to the world file.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,8 +35,9 @@ from clo_fleet.clo.task import parse_fact
 from clo_fleet.world.changes import changed
 from clo_fleet.world.disturbance_checks import Befallen, disturbance_findings
 from clo_fleet.world.disturbance_sections import disturbances_in, random_faults_in
-from clo_fleet.world.domain_file import fleet_binding
+from clo_fleet.world.fact_checks import Known
 from clo_fleet.world.faults import Fault, FileFaultsError, Finding
+from clo_fleet.world.goal_checks import goal_findings, reach_findings
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.model import (
     BuildingMap,
@@ -55,7 +57,8 @@ from clo_fleet.world.model import (
 )
 from clo_fleet.world.references import Unsound, unknown
 from clo_fleet.world.sections import Parsed, json_schema, parse
-from clo_fleet.world.world_checks import Cast, cast_findings, reach_findings
+from clo_fleet.world.world_checks import Cast, cast_findings
+from clo_fleet.world.world_domain import speech
 from clo_fleet.world.world_sections import (
     MEGABYTE,
     ObjectSection,
@@ -85,7 +88,7 @@ def read_world(path: Path, changes: Mapping[str, Value] = NO_CHANGES) -> World:
         changes: values to read in place of the file's (see ``world/changes.py``).
 
     Raises:
-        FileFaultsError: with everything that is wrong with the file, then with its map.
+        FileFaultsError: with everything that is wrong with the file, then with its map and its PDDL domain.
     """
     parsed = parse(changed(read_yaml(path), changes), WorldSection, {"format": WORLD_FORMAT, "map": "-", "robots": {}})
     building, map_faults, findings = _map(parsed, path)
@@ -94,13 +97,17 @@ def read_world(path: Path, changes: Mapping[str, Value] = NO_CHANGES) -> World:
     cast = _cast(sections, stands, parsed.unsound)
     findings += _placing_findings(sections, building, parsed.unsound)
     findings += cast_findings(cast, building)
+    said = speech(sections, path, building, parsed.unsound)
+    findings += said.findings
     random = random_faults_in(sections.faults)
     scheduled = [(i, d) for i, section in enumerate(sections.disturbances) for d in disturbances_in(section)]
-    findings += disturbance_findings(scheduled, random, _befallen(sections, building, parsed.unsound))
-    if building is not None and not findings and not parsed.faults:
-        findings += reach_findings(cast, building)
+    findings += disturbance_findings(scheduled, random, _befallen(sections, building, parsed.unsound, said.known))
+    if said.known is not None and said.words is not None:
+        findings += goal_findings(cast.goals, said.known, said.words)
+        if building is not None and not findings and not parsed.faults:
+            findings += reach_findings(cast.robots, cast.objects, building, said.words)
     entries = _entries(sections)
-    faults = (*parsed.located(_as_written(finding, entries) for finding in findings), *map_faults)
+    faults = (*parsed.located(_as_written(finding, entries) for finding in findings), *map_faults, *said.faults)
     if faults or building is None:
         raise FileFaultsError(faults)
     return World(
@@ -108,6 +115,7 @@ def read_world(path: Path, changes: Mapping[str, Value] = NO_CHANGES) -> World:
         map=building,
         robots=cast.robots,
         objects=cast.objects,
+        domain=said.own,
         seed=sections.seed,
         until=float(sections.until_s),
         skills=_skills(sections.skills),
@@ -227,11 +235,11 @@ def _entries(sections: WorldSection) -> dict[Key, RobotSection | ObjectSection]:
     return entries
 
 
-def _befallen(sections: WorldSection, building: BuildingMap | None, unsound: Unsound) -> Befallen:
+def _befallen(sections: WorldSection, building: BuildingMap | None, unsound: Unsound, known: Known | None) -> Befallen:
     return Befallen(
         robots=sections.robots,
         objects=sections.objects,
-        skills=tuple(dict(fleet_binding().skills)),
+        known=known,
         building=building,
         unsound=unsound,
         until=float(sections.until_s),

@@ -6,6 +6,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from clo_fleet.world.disturbance_sections import DisturbanceSection, FaultsSection
+from clo_fleet.world.domain_sections import DomainSection
 from clo_fleet.world.model import (
     ObjectSpec,
     Perception,
@@ -114,6 +115,7 @@ class WorldSection(Section):
     radio: RadioSection = RadioSection()
     planning: PlanningSection = PlanningSection()
     skills: SkillsSection = SkillsSection()
+    domain: DomainSection | None = Field(None, description="A PDDL domain of its own; by default the fleet's.")
     robots: dict[Id, RobotSection] = Field(max_length=10_000)
     objects: dict[Id, ObjectSection] = Field({}, max_length=10_000)
     disturbances: tuple[DisturbanceSection, ...] = Field((), max_length=10_000)

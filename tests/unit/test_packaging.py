@@ -45,6 +45,7 @@ def checkout(tmp_path: Path) -> Path:
         "maps/hall.yaml",
         "maps/hall.net.xml.gz",
         "worlds/hall.yaml",
+        "worlds/hall.pddl",
         "runs/sweep.yaml",
         "runs/paper/table.csv",
         "runs/hall-0/events.jsonl",
@@ -81,6 +82,7 @@ def test_wheel_ships_maps_worlds_and_batches_but_no_results(checkout: Path, tmp_
         "clo_fleet/shipped/maps/hall.yaml",
         "clo_fleet/shipped/maps/hall.net.xml.gz",
         "clo_fleet/shipped/worlds/hall.yaml",
+        "clo_fleet/shipped/worlds/hall.pddl",
         "clo_fleet/shipped/runs/sweep.yaml",
     }
     assert "clo_fleet/py.typed" in names

@@ -1,6 +1,9 @@
 """What the truth promises: facts follow from where things are, and can be looked at within a tick."""
 
+import json
+
 from clo_fleet.clo.messages import Cause, Flip
+from clo_fleet.clo.task import Action, Condition
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import SHOVED, Truth
 from clo_fleet.world.model import (
@@ -75,3 +78,28 @@ def test_a_prepared_object_stays_so_in_hand_but_not_when_it_is_shoved() -> None:
     assert ("prepared", "cup") in truth.facts
     site.rooms.move_item(CUP, (4, 4 - 1.1 * SHOVED))
     assert truth.step({}) == (Flip(("prepared", "cup"), False),)
+
+
+def test_effects_come_about_within_a_tick_and_are_saved_with_where_they_were_done() -> None:
+    """Told with their cause once the tick is over; restored from JSON, they are lost by the same shove."""
+    site, truth = scene()
+    truth.come_about({("prepared", "cup"): False, ("at-robot", "r1", "b"): True}, GRASP)
+    assert truth.effects == frozenset()
+    assert truth.step({}) == (Flip(("prepared", "cup"), False, GRASP),)
+    truth.come_about({("prepared", "cup"): True}, None)
+    truth.step({})
+    again = Truth(site, vocabulary(WORLD))
+    again.restore(json.loads(json.dumps(truth.state())))
+    assert (again.facts, again.state()) == (truth.facts, truth.state())
+    site.rooms.move_item(CUP, (2.5 + 1.1 * SHOVED, 2))
+    assert again.step({}) == truth.step({}) == (Flip(("prepared", "cup"), False),)
+
+
+def test_an_action_lacks_what_is_not_so_at_this_moment() -> None:
+    """Where objects lie, who holds them and what was done to them; where robots are is their skills' business."""
+    _, truth = scene()
+    needs = (Condition(("at-robot", "r1", "b")), Condition(("at-object", "cup", "a")), Condition(("prepared", "cup")))
+    action = Action(schema="grasp", args=("r1", "cup", "a"), needs=needs, adds=frozenset(), deletes=frozenset())
+    assert truth.lacking(action) is None
+    truth.come_about({("prepared", "cup"): False}, None)
+    assert truth.lacking(action) == needs[2]
