@@ -98,7 +98,7 @@ class Facts:
         site = self._mission.site
         specs = self._mission.world.objects
         positions = {spec.id: site.item_position(spec.id) for spec in specs}
-        free = [spec.id for spec in specs if site.rooms.carrier(spec.id) is None]
+        free = [spec.id for spec in specs if site.rooms.carrier(spec.id) is None and not site.rooms.gone(spec.id)]
         found: set[Fact] = set()
         around = self._around([positions[item] or (math.nan, math.nan) for item in free])
         for item, inside in zip(free, around, strict=True):

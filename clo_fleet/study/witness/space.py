@@ -73,7 +73,7 @@ class Space:
             raise BrokenInvariantError(what, who, time)
 
     def _one_form(self, scene: Scene) -> Iterator[tuple[str, tuple[str, ...]]]:
-        """Every robot is either a body or a vehicle, and every object in one hand or on one floor."""
+        """Every robot is either a body or a vehicle, and every object in one hand, on one floor, or gone."""
         for robot in self._radius:
             if (robot in scene.bodies) is (robot in scene.vehicles):
                 yield "both body and vehicle" if robot in scene.bodies else "neither body nor vehicle", (robot,)
@@ -86,7 +86,7 @@ class Space:
             carrier, position = rooms.carrier(item), self._site.item_position(item)
             if carriers != ([] if carrier is None else [carrier]):
                 yield f"carried by {carriers} and by {carrier}", (item,)
-            elif (position is None) is not (carrier is not None and carrier in scene.vehicles):
+            elif (position is None) is not (rooms.gone(item) or (carrier is not None and carrier in scene.vehicles)):
                 yield f"at {position}, carried by {carrier}", (item,)
             elif carrier is not None and position is not None:
                 apart = math.dist(position, scene.bodies[carrier].point)

@@ -4,9 +4,10 @@ The number of a world says all about it, its strategy too: the same number alway
 """
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar
 
 from clo_fleet.clo.strategies import STRATEGIES
@@ -24,9 +25,25 @@ __all__ = ["SoakWorld", "write_soak_world"]
 T = TypeVar("T")
 
 UNTIL = 400.0  # [s] the longest that a run may last
-LAST_FAULT = 150.0  # [s] after which nothing is disturbed any more
 NAMES = tuple("abcdefgh")
 SHIPPED = ("hello", "three_rooms", "office")
+FAULTS: Mapping[str, Mapping[str, object]] = MappingProxyType(  # kind -> what its section wants beside its rate
+    {
+        "object_moved": {},
+        "object_taken": {"for_s": ()},
+        "object_prepared": {},
+        "object_dropped": {},
+        "robot_slowed": {"for_s": (), "to_share": 0.1},
+        "robot_broken": {"for_s": ()},
+        "sensor_blinded": {"for_s": ()},
+        "radio_lost": {"for_s": ()},
+        "skill_fails": {"skill": ""},
+        "planner_killed": {},
+        "planner_slowed": {"for_s": (), "by_s": 4},
+        "door_closed": {"for_s": ()},
+        "corridor_closed": {"for_s": ()},
+    }
+)
 KINDS = ("row", "row", "corridor", "corridor", "shipped", "grid", "ring", "line")
 
 
@@ -73,7 +90,7 @@ def write_soak_world(number: int, folder: Path) -> SoakWorld:
     path = folder / "world.yaml"
     write_world(world, path, map_file)
     with path.open("a", encoding="utf-8") as file:
-        file.write("\n".join(_settings(draw, world)) + "\n")
+        file.write("\n".join(_settings(draw)) + "\n")
     return SoakWorld(number, path, building.name, len(world.robots), _strategy(draw))
 
 
@@ -124,7 +141,7 @@ def _varied(draw: _Draw, world: World) -> World:
     return replace(world, robots=robots, objects=objects, until=UNTIL)
 
 
-def _settings(draw: _Draw, world: World) -> list[str]:
+def _settings(draw: _Draw) -> list[str]:
     """The rest of the world file."""
     settings: dict[str, dict[str, object]] = {
         "perception": {"mode": draw.one("mode", ("sight", "sight", "full")), "range_m": draw.between("range", 3, 20)},
@@ -144,28 +161,19 @@ def _settings(draw: _Draw, world: World) -> list[str]:
         f"{section}: {{{', '.join(f'{key}: {value}' for key, value in keys.items())}}}"
         for section, keys in settings.items()
     ]
-    disturbances = list(_disturbances(draw, world))
-    return [*lines, "disturbances:", *disturbances] if disturbances else lines
+    faults = {kind: _fault(draw, kind) for kind in FAULTS if draw.chance(kind, 0.25)}
+    return [*lines, "faults:", *(f"  {kind}: {{{keys}}}" for kind, keys in faults.items())] if faults else lines
 
 
-def _disturbances(draw: _Draw, world: World) -> list[str]:
-    spots = free_spots(world.map)
-    rooms = sorted(room for room in spots if spots[room])
-    found = []
-    for number in range(int(draw.between("disturbances", 0, 8))):
-        at = draw.between(f"{number}/at", 0, LAST_FAULT)
-        if world.objects and draw.chance(f"{number}/moved", 0.6):
-            item = draw.one(f"{number}/item", world.objects)
-            to = draw.one(f"{number}/to", spots[draw.one(f"{number}/room", rooms)])
-            found.append(f"- {{kind: object_moved, at_s: {at}, object: {item.id}, to_m: [{to.x}, {to.y}]}}")
-        else:
-            robot = draw.one(f"{number}/robot", world.robots)
-            speed = draw.one(f"{number}/speed", (0, 0.05, 0.3, 1.0))
-            found.append(f"- {{kind: robot_slowed, at_s: {at}, robot: {robot.id}, max_speed_m_s: {speed}}}")
-            if speed < 0.1 and draw.chance(f"{number}/mended", 0.7):
-                mended = round(at + draw.between(f"{number}/for", 5, 90), 2)
-                found.append(f"- {{kind: robot_slowed, at_s: {mended}, robot: {robot.id}, max_speed_m_s: 0.8}}")
-    return found
+def _fault(draw: _Draw, kind: str) -> str:
+    """How often it happens, and whatever else its section wants."""
+    keys = {"per_hour": draw.between(f"{kind}/rate", 20, 200), **FAULTS[kind]}
+    if "for_s" in keys:
+        shortest = draw.between(f"{kind}/for", 1, 30)
+        keys["for_s"] = [shortest, round(4 * shortest, 2)]
+    if "skill" in keys:
+        keys["skill"] = draw.one(f"{kind}/skill", ("move", "prepare", "grasp", "place", "give"))
+    return ", ".join(f"{key}: {value}" for key, value in keys.items())
 
 
 def _strategy(draw: _Draw) -> str:
