@@ -112,7 +112,7 @@ class Corridors:
         path = self.building.network
         if path is None:
             raise NetworkRefusedError(path, "the map has none")
-        if faults := check_network(self.building, path):
+        if self._saved is None and (faults := check_network(self.building, path)):  # what was saved ran on it
             raise NetworkRefusedError(path, "; ".join(faults)[:SHORT])
         self._start(libsumo, path)
         return self
