@@ -12,6 +12,7 @@ from clo_fleet.commands import (
     build_network,
     compare,
     explain,
+    export,
     import_map,
     init,
     make_map,
@@ -46,6 +47,7 @@ class _Subcommand(Protocol):
 _SUBCOMMANDS: dict[str, _Subcommand] = {
     "run": run,
     "view": view,
+    "export": export,
     "compare": compare,
     "batch": batch,
     "query": query,

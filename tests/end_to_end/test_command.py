@@ -14,7 +14,7 @@ from clo_fleet import __version__
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = (
     *("run", "compare", "validate", "import-map", "build-network", "init", "schema"),
-    *("explain", "paper", "study-repair", "batch", "query", "report", "view"),
+    *("explain", "paper", "study-repair", "batch", "query", "report", "view", "export"),
 )
 Command = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -21,7 +21,7 @@ from clo_fleet.study.event_log import read_events
 from clo_fleet.study.replay.recording import piece
 from clo_fleet.study.replay.scene import SCENE_FORMAT
 
-__all__ = ["NoReplayError", "page", "view"]
+__all__ = ["NoReplayError", "page", "read_scene", "view"]
 
 SCRIPTS = ("data.js", "drawing.js", "panel.js", "main.js")
 
@@ -42,23 +42,33 @@ def view(folder: Path) -> Path:
     """Write ``run.html`` into a run's folder, whole or not at all; a run that was cut short is shown as far as it got.
 
     Raises:
-        NoReplayError: if the folder holds no ``events.jsonl`` and ``scene.json`` of this format.
+        NoReplayError: if the folder holds no run that can be looked at.
         EventLogError: if the log is damaged.
     """
+    scene = read_scene(folder)
+    target = folder / "run.html"
+    draft = folder / f".run.{os.getpid()}.draft"
+    draft.write_text(page(scene, read_events(folder / "events.jsonl")), encoding="utf-8")
+    draft.replace(target)
+    return target
+
+
+def read_scene(folder: Path) -> dict[str, Any]:
+    """The scene of a run that has a log.
+
+    Raises:
+        NoReplayError: if the folder holds no ``events.jsonl``, or no ``scene.json`` of this format.
+    """
+    for name in ("scene.json", "events.jsonl"):
+        if not (folder / name).is_file():
+            raise NoReplayError(folder, f"has no {name}")
     try:
         scene = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-        events = read_events(folder / "events.jsonl")
-    except FileNotFoundError as error:
-        raise NoReplayError(folder, f"has no {Path(error.filename).name}") from None
     except ValueError as error:
         raise NoReplayError(folder, f"its scene.json is no JSON ({error})") from None
     if not isinstance(scene, dict) or scene.get("format") != SCENE_FORMAT:
         raise NoReplayError(folder, f"its scene.json is not of the format {SCENE_FORMAT}")
-    target = folder / "run.html"
-    draft = folder / f".run.{os.getpid()}.draft"
-    draft.write_text(page(scene, events), encoding="utf-8")
-    draft.replace(target)
-    return target
+    return scene
 
 
 def page(scene: Mapping[str, Any], events: list[dict[str, Any]], live: str = "") -> str:
