@@ -37,6 +37,7 @@ from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
+from clo_fleet.robot.steering import along_walls
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
@@ -331,7 +332,8 @@ class Mission:
         ]
         for robot, velocity in zip(bodies, self._avoidance.velocities(agents), strict=True):
             under = wanted[robot.id]
-            self._site.rooms.drive(robot.id, under.velocity if under.direct else velocity)
+            free = under.velocity if under.direct else along_walls(self._site, robot.spec, velocity)
+            self._site.rooms.drive(robot.id, free)
 
     def _end_action(self, robot: Robot, progress: Progress) -> None:
         step, cause = robot.executive.running, robot.cause

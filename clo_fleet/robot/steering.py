@@ -14,7 +14,7 @@ from clo_fleet.sim.paths import Disc
 from clo_fleet.sim.site import Site
 from clo_fleet.world.model import Point, RobotId, RobotSpec, RoomId
 
-__all__ = ["Steering", "braking", "follow"]
+__all__ = ["Steering", "along_walls", "braking", "follow"]
 
 RENEW = 1.0  # [s] a path is looked for anew this often, as others move
 LOOK_AHEAD = 0.35  # [m] along the line, about a robot's radius: it then cuts corners by less than its margins
@@ -28,6 +28,7 @@ PATIENCE = 4.0  # [s] who has not got on for this long begins to push
 PUSHING = 3.0  # [s] for so long
 PUSH = 0.25  # [m/s] so fast
 MOVED = 0.05  # [m] a target that moves by more than this is a new one
+WALLS_AHEAD = 0.6  # [s] ahead avoidance is kept off walls: half of it is the time to stop
 OVERSHOOT = 0.05  # [m] paths end this far inside the distance that counts as near
 
 
@@ -65,6 +66,14 @@ def follow(
     if stop:
         speed = min(speed, braking(distance + left, spec.max_acceleration, site.tick))
     return (speed * dx / distance, speed * dy / distance)
+
+
+def along_walls(site: Site, spec: RobotSpec, velocity: tuple[float, float]) -> tuple[float, float]:
+    """The velocity with which a robot that is to avoid others does not run into a wall: avoidance knows of none."""
+    room = site.floor(spec.id)
+    if room is None or velocity == (0.0, 0.0):
+        return velocity
+    return site.paths(room).along_walls(site.pose(spec.id).point, velocity, spec.radius, WALLS_AHEAD)
 
 
 @dataclass(slots=True)

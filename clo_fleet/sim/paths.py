@@ -1,10 +1,7 @@
 """Shortest paths for a disc in a room: a visibility graph over the floor, shrunk by the disc.
 
-The shortest way for a point among polygons bends only at corners that stick into the free floor. The
-floor is shrunk by the robot's radius first, so that the robot is a point. Which of its corners see one
-another is found once for each radius. Things that come and go are discs to go round: the shortest path
-is searched without them, then only the discs that it meets are added, and again until it meets none;
-the result is the shortest path round all of them.
+The floor is shrunk by the robot's radius first, so that the robot is a point. Which of its corners see one another is
+found once for each radius. Things that come and go are discs to go round; ``shortest.py`` finds the way.
 """
 
 import itertools
@@ -12,33 +9,25 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-import networkx as nx
 import numpy as np
-import numpy.typing as npt
 import shapely
 
+from clo_fleet.sim.shortest import TOLERANCE, Corners, Disc, Points, covered, polygon, shortest_way
 from clo_fleet.sim.walls import Area
 from clo_fleet.world.model import Point
 
 __all__ = ["MARGIN", "Disc", "RoomPaths"]
 
 MARGIN = 0.05  # [m] beyond the radius: half of a wall's thickness, the chords at rounded corners, and play
-TOLERANCE = 1e-6  # [m] a path may lie on the edge of the free floor
 ARC = 4  # chords that round off a quarter turn at a corner of the shrunk floor
-DISC_CORNERS = 12  # corners of the polygon round a disc: at most 3.5 % longer than the circle
-
-Disc = tuple[Point, float]
-Points = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class _Graph:
-    """The part that never changes: the shrunk floor, its inner corners, and which of them see each other."""
+    """The part that never changes: the shrunk floor, and its inner corners."""
 
     floor: shapely.Geometry
-    roomy: shapely.Geometry  # the floor a hair larger, prepared: what a path must stay in
-    corners: Points
-    links: npt.NDArray[np.intp]
+    corners: Corners
 
 
 @dataclass(slots=True)
@@ -67,12 +56,21 @@ class RoomPaths:
         begin, end = _nearest_free(graph, start, discs), _nearest_free(graph, goal, discs)
         if begin is None or end is None or math.dist(end, goal) > within + TOLERANCE:
             return None
-        way = _shortest(graph, begin, end, discs)
+        way = shortest_way(graph.corners, begin, end, discs)
         if way is None:
             return None
         if math.dist(begin, start) <= TOLERANCE:
             way = way[1:]
         return _cut([start, *way], goal, within)
+
+    def along_walls(self, point: Point, velocity: Point, radius: float, ahead: float) -> Point:
+        """The velocity, turned so that a disc that keeps it for ``ahead`` [s] slides along walls and not into them."""
+        aim = (point[0] + ahead * velocity[0], point[1] + ahead * velocity[1])
+        graph = self._graph(radius)
+        if shapely.intersects_xy(graph.corners.roomy, *aim):
+            return velocity
+        free = _nearest_free(graph, aim, ())
+        return velocity if free is None else ((free[0] - point[0]) / ahead, (free[1] - point[1]) / ahead)
 
     def nearest_free(self, point: Point, radius: float, obstacles: Sequence[Disc] = ()) -> Point | None:
         """The point nearest to ``point`` where a disc may stand; ``None`` if there is none."""
@@ -93,7 +91,9 @@ def _visibility(areas: Iterable[Area], reach: float) -> _Graph:
     shapely.prepare(roomy)
     corners = _inner_corners(floor)
     pairs = np.transpose(np.triu_indices(len(corners), 1))
-    return _Graph(floor, roomy, corners, pairs[_covered(roomy, corners, pairs)])
+    sees = np.zeros((len(corners), len(corners)), dtype=np.bool_)
+    sees[pairs[:, 0], pairs[:, 1]] = covered(roomy, corners, pairs)
+    return _Graph(floor, Corners(roomy, corners, sees | sees.T))
 
 
 def _inner_corners(floor: shapely.Geometry) -> Points:
@@ -109,76 +109,13 @@ def _inner_corners(floor: shapely.Geometry) -> Points:
     return np.concatenate(found)
 
 
-def _covered(roomy: shapely.Geometry, points: Points, pairs: npt.NDArray[np.intp]) -> npt.NDArray[np.bool_]:
-    """Which of the lines between pairs of points stay on the floor."""
-    if not len(pairs):
-        return np.zeros(0, dtype=np.bool_)
-    lines = shapely.linestrings(points[pairs])
-    return np.asarray(shapely.covers(roomy, lines), dtype=np.bool_)
-
-
-def _clear(points: Points, pairs: npt.NDArray[np.intp], discs: Sequence[Disc]) -> npt.NDArray[np.bool_]:
-    """Which of the lines between pairs of points miss every disc."""
-    begin, along = points[pairs[:, 0]], points[pairs[:, 1]] - points[pairs[:, 0]]
-    squared = np.maximum((along * along).sum(axis=1), 1e-18)
-    clear = np.ones(len(pairs), dtype=np.bool_)
-    for centre, reach in discs:
-        toward = np.asarray(centre) - begin
-        share = np.clip((toward * along).sum(axis=1) / squared, 0.0, 1.0)
-        gap = toward - share[:, None] * along
-        clear &= (gap * gap).sum(axis=1) >= (reach - TOLERANCE) ** 2
-    return clear
-
-
-def _shortest(graph: _Graph, begin: Point, end: Point, discs: Sequence[Disc]) -> list[Point] | None:
-    """The shortest way round all discs, found by adding only those that are met."""
-    met: list[Disc] = []
-    while True:
-        way = _shortest_round(graph, begin, end, met)
-        if way is None:
-            return None
-        points, steps = np.asarray(way), np.column_stack((np.arange(len(way) - 1), np.arange(1, len(way))))
-        new = [disc for disc in discs if disc not in met and not _clear(points, steps, [disc]).all()]
-        if not new:
-            return way
-        met += new
-
-
-def _shortest_round(graph: _Graph, begin: Point, end: Point, discs: Sequence[Disc]) -> list[Point] | None:
-    """The shortest way round exactly these discs: the fixed graph, the two ends, and corners round the discs."""
-    fixed = len(graph.corners)
-    points = np.concatenate([graph.corners, [begin, end], *(_polygon(disc) for disc in discs)])
-    rows, columns = np.triu_indices(len(points), 1)
-    fresh = np.column_stack((rows, columns))[columns >= fixed]
-    fresh = fresh[_clear(points, fresh, discs)]
-    fresh = fresh[_covered(graph.roomy, points, fresh)]
-    links = np.concatenate([graph.links[_clear(points, graph.links, discs)], fresh])
-    lengths = np.sqrt(((points[links[:, 0]] - points[links[:, 1]]) ** 2).sum(axis=1))
-    network: nx.Graph[int] = nx.Graph()
-    network.add_nodes_from((fixed, fixed + 1))
-    network.add_weighted_edges_from(zip(*links.T.tolist(), lengths.tolist(), strict=True))
-    try:
-        way = nx.dijkstra_path(network, fixed, fixed + 1)
-    except nx.NetworkXNoPath:
-        return None
-    return [(float(x), float(y)) for x, y in points[way]]
-
-
-def _polygon(disc: Disc) -> Points:
-    """Corners of a polygon that touches the disc from outside."""
-    (x, y), reach = disc
-    outer = (reach + TOLERANCE) / math.cos(math.pi / DISC_CORNERS)
-    turns = [2 * math.pi * k / DISC_CORNERS for k in range(DISC_CORNERS)]
-    return np.asarray([(x + outer * math.cos(a), y + outer * math.sin(a)) for a in turns])
-
-
 def _nearest_free(graph: _Graph, point: Point, discs: Sequence[Disc]) -> Point | None:
     """``point`` itself if it is free, else the nearest point that is."""
     here = shapely.Point(point)
     near = [disc for disc in discs if math.dist(point, disc[0]) < disc[1] - TOLERANCE]
-    if not near and shapely.covers(graph.roomy, here):
+    if not near and shapely.covers(graph.corners.roomy, here):
         return point
-    blocked = [shapely.Polygon(_polygon(disc)) for disc in discs]
+    blocked = [shapely.Polygon(polygon(disc)) for disc in discs]
     free = shapely.difference(graph.floor, shapely.union_all(blocked))
     if free.is_empty:
         return None
