@@ -287,6 +287,7 @@ class Deliberation:
             since=frozenset(data.news),
             past=frozenset(data.beliefs ^ data.news.keys()),
             promised=data.promised,
+            accidental=bool(data.news) and not any(data.news.values()),
             running=data.running is not None,
             unknown=frozenset(data.unknown),
             new_goals=data.new_goals,

@@ -95,6 +95,7 @@ def repair(
     improve: bool = False,
     everywhere: bool = False,
     under_way: bool = False,
+    undo: bool = False,
     next_id: int | None = None,
 ) -> Repaired | Refused:
     """The plan, made good for the present ``state``.
@@ -112,6 +113,7 @@ def repair(
         everywhere: look for loops and shorter ways in the whole plan, not only about what changed: for a plan that is
             new. So it is without changes as well.
         under_way: the first step has begun: new steps come after it, or in its place if it cannot end well any more.
+        undo: a bridge may lead back into the state before the changes: nobody meant them to be.
         next_id: the id of the first new step; without it, one more than the highest of the plan.
 
     Cost: deletion is in proportion to what it touches, after one linear pass over the plan (see ``supports``). Searches
@@ -139,7 +141,7 @@ def repair(
         state=operators.state(state, unknown),
         plan=tuple(operators.operator(step.action) for step in plan),
         goals=operators.mask(goals),
-        before=operators.state(past, unknown) if changed else None,
+        before=operators.state(past, unknown) if changed and not undo else None,
         spared=operators.mask(spared),
     )
     way: Way

@@ -57,6 +57,7 @@ class Situation:
         since: all such facts since the plan was last whole, these included.
         past: the facts believed before those changes.
         promised: facts that others have in hand and announced to bring about.
+        accidental: whether all of ``since`` is nobody's doing: it may be undone, and need not be worked round.
         running: whether the first step is under way.
         unknown: facts not known to be true or to be false.
         new_plan: whether the plan has just arrived.
@@ -72,6 +73,7 @@ class Situation:
     since: frozenset[Fact]
     past: frozenset[Fact]
     promised: frozenset[Fact]
+    accidental: bool = False
     running: bool = False
     unknown: frozenset[Fact] = frozenset()
     new_plan: bool = False
@@ -182,6 +184,7 @@ class Clo:
             improve=self.improve,
             everywhere=situation.new_plan or situation.new_goals,
             under_way=situation.running,
+            undo=situation.accidental,
             next_id=situation.next_id,
         )
 

@@ -21,7 +21,9 @@ def command(chosen: argparse.Namespace) -> int:
     """Do it; returns the exit code."""
     from clo_fleet.sim.network_check import check_network
     from clo_fleet.world.any_file import read_any
+    from clo_fleet.world.disturbances import summed_up
     from clo_fleet.world.model import World
+    from clo_fleet.world.random_faults import schedule
 
     faulty = False
     for path in chosen.files:
@@ -38,4 +40,7 @@ def command(chosen: argparse.Namespace) -> int:
         faulty = faulty or bool(differences)
         if not differences:
             print(f"{path}: a sound {'world' if isinstance(found, World) else 'map'}")
+        if isinstance(found, World) and not differences:
+            for disturbance in schedule(found):
+                print(f"  {disturbance.time:7.1f} s: {summed_up(disturbance)}")
     return BAD_INPUT if faulty else REACHED

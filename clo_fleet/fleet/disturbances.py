@@ -133,7 +133,7 @@ class Disturbances:
         return described(disturbance)
 
     def _befall_robot(self, disturbance: Disturbance, robot: Robot, time: float) -> str | _NoEffect:
-        lost = self._conversation.radio.lost
+        lost, slower = self._conversation.radio.lost, self._conversation.questions.faults.slower
         match disturbance:
             case world.RobotSlowed(_, _, speed):
                 self._slowed[robot.id] = speed
@@ -155,7 +155,9 @@ class Disturbances:
             case world.PlannerKilled():
                 return "" if self._conversation.questions.kill(robot.id, time) else "over its next question"
             case world.PlannerSlowed(_, _, seconds):
-                self._conversation.questions.faults.slower[robot.id] = seconds
+                slower[robot.id] = seconds
+            case world.PlannerRecovered() if robot.id in slower:
+                del slower[robot.id]
             case _:
                 return _NoEffect("it is so already")
         self._site.slow(robot.id, 0.0 if robot.broken else self._slowed.get(robot.id, self._normal[robot.id]))

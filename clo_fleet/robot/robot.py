@@ -20,8 +20,9 @@ from clo_fleet.world.chance import varied
 from clo_fleet.world.model import Point, RobotId, RobotSpec, SkillSettings
 from clo_fleet.world.vocabulary import Vocabulary
 
-__all__ = ["Meters", "Robot"]
+__all__ = ["MISHAP", "Meters", "Robot"]
 
+MISHAP = "a mishap"  # why an action failed
 STRIKES_AFTER = 1.0  # [s] after an action began, a mishap strikes; a drive at once, because doorways come soon
 
 
@@ -167,7 +168,7 @@ class Robot:
         if self._mishap is None or self._skill is None:
             return progress
         if isinstance(progress, Cancelled):
-            return Failed("a mishap")
+            return Failed(MISHAP)
         if time >= self._mishap - 1e-9:
             self._skill.cancel()
         return progress

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from clo_fleet import __version__
 from clo_fleet.clo.task import Fact, fact_text
 from clo_fleet.fleet.mission import Mission
+from clo_fleet.study.befallen import disturbances
 from clo_fleet.study.event_log import Recorded
 from clo_fleet.study.result import RESULT_FORMAT, Help, RobotResult, RunResult
 from clo_fleet.world import events
@@ -38,6 +39,7 @@ def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunRe
         makespan_s=mission.time,
         robots={robot: _robot(mission, own[robot], robot) for robot in sorted(own)},
         helps=given,
+        disturbances=disturbances(log),
         contacts=mission.contacts,
         events=len(log),
         wall_limited=mission.questions.wall_limited,

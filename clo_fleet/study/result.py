@@ -12,7 +12,7 @@ from typing import Any
 
 from clo_fleet.study.atomic import write_whole
 
-__all__ = ["RESULT_FORMAT", "Help", "RobotResult", "RunResult", "result_schema", "write_result"]
+__all__ = ["RESULT_FORMAT", "DisturbanceResult", "Help", "RobotResult", "RunResult", "result_schema", "write_result"]
 
 RESULT_FORMAT = "clo-fleet/result/1"
 
@@ -92,6 +92,23 @@ class RobotResult:
     wall_deciding_s: float
 
 
+@dataclass(frozen=True, slots=True)
+class DisturbanceResult:
+    """One kind of disturbance in a run.
+
+    Attributes:
+        happened: how often.
+        without_effect: how often it could not happen at its moment.
+        repairs: how often a robot repaired its plan because of one.
+        replans: how often a robot asked its planner because of one.
+    """
+
+    happened: int
+    without_effect: int
+    repairs: int
+    replans: int
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunResult:
     """What became of a run.
@@ -100,6 +117,7 @@ class RunResult:
         format: the version of this schema.
         outcome: one of the named outcomes; ``why`` in words.
         makespan_s: simulated time until the run ended.
+        disturbances: what befell the fleet, by kind.
         contacts: how often bodies touched: robots each other, robots a wall, robots an object.
         wall_limited: whether a planner met its limit of real time, so that the run depends on the machine.
         wall_run_s: real time; as all such times, of a resumed run the sum over its parts without what was lost.
@@ -116,6 +134,7 @@ class RunResult:
     makespan_s: float
     robots: dict[str, RobotResult]
     helps: tuple[Help, ...]
+    disturbances: dict[str, DisturbanceResult]
     contacts: dict[str, int]
     events: int
     wall_limited: bool

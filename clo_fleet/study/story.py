@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from clo_fleet.clo.task import Fact, fact_text
+from clo_fleet.study.befallen import disturbance_told
 from clo_fleet.study.event_log import Recorded
 from clo_fleet.world import events
 
@@ -58,9 +59,16 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
             return (
                 f"offered {item} to {to} in {place}" if giver == robot else f"was offered {item} by {giver} in {place}"
             )
+        case events.Disturbed(_, subject) if subject == robot or subject not in _robots(log):
+            return disturbance_told(event)
         case events.FactChanged(("at-robot", who, place), True) if who == robot:
             return f"is in {place}"
     return ""
+
+
+def _robots(log: Sequence[Recorded]) -> tuple[str, ...]:
+    first = log[0][2]
+    return first.robots if isinstance(first, events.RunStarted) else ()
 
 
 def _because(fact: Fact, by: str | None, cause: int | None, log: Sequence[Recorded]) -> str:

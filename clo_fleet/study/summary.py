@@ -26,6 +26,8 @@ def summary(result: RunResult) -> RenderableType:
     parts: list[RenderableType] = [_steps(result), _times(result)]
     if result.helps:
         parts.append(_helps(result))
+    if result.disturbances:
+        parts.append(_disturbances(result))
     parts.append(_outcome(result))
     return Group(*parts)
 
@@ -132,6 +134,17 @@ def _helps(result: RunResult) -> Table:
         table.add_column(name)
     for given in result.helps:
         table.add_row(f"{given.time_s:.1f}", given.by, given.robot, given.fact, ", ".join(given.dropped))
+    return table
+
+
+def _disturbances(result: RunResult) -> Table:
+    table = _table("what befell the fleet")
+    table.add_column("disturbance")
+    for name in ("times", "no effect", "repairs", "replans"):
+        _number(table, name)
+    for kind, found in result.disturbances.items():
+        counts = (found.happened, found.without_effect, found.repairs, found.replans)
+        table.add_row(kind, *map(str, counts))
     return table
 
 

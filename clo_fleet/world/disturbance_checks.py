@@ -26,6 +26,7 @@ SPANS: tuple[tuple[type, type, str], ...] = (
     (made.RobotSlowed, made.RobotRecovered, "slowed"),
     (made.SensorBlinded, made.SensorRestored, "blind"),
     (made.RadioLost, made.RadioRestored, "without radio"),
+    (made.PlannerSlowed, made.PlannerRecovered, "with a slow planner"),
 )
 
 
@@ -125,7 +126,9 @@ def _span_findings(entries: Sequence[tuple[int, Disturbance]], ends: type, word:
         if isinstance(disturbance, ends):
             if since.pop(subject, None) is None:
                 yield Finding(key, f"a time at which {subject} is {word}", f"{disturbance.time:g}")
-        elif subject in since and not isinstance(disturbance, made.RobotSlowed):  # slower still is no contradiction
+        elif subject in since and not isinstance(
+            disturbance, made.RobotSlowed | made.PlannerSlowed
+        ):  # slower still is no contradiction
             value = f"{disturbance.time:g}, in a {kind_of(disturbance)} that began at {since[subject]:g} s"
             yield Finding(key, f"a time at which {subject} is not {word} already", value)
         else:

@@ -102,9 +102,9 @@ class RobotFaultSection(_Lasting):
 
 
 class RobotMendedSection(_Timed):
-    """A robot is as before: its speed, all of it, its sensors, or its radio."""
+    """A robot is as before: its speed, all of it, its sensors, its radio, or its planner's speed."""
 
-    kind: Literal["robot_recovered", "robot_repaired", "sensor_restored", "radio_restored"]
+    kind: Literal["robot_recovered", "robot_repaired", "sensor_restored", "radio_restored", "planner_recovered"]
     robot: Id
 
 
@@ -245,6 +245,7 @@ _OF_ROBOTS: Mapping[str, Callable[[float, RobotId], Disturbance]] = MappingProxy
         "sensor_restored": made.SensorRestored,
         "radio_lost": made.RadioLost,
         "radio_restored": made.RadioRestored,
+        "planner_recovered": made.PlannerRecovered,
     }
 )
 _ENDED_BY = MappingProxyType(
@@ -330,7 +331,7 @@ def _of_robot(
         case PlannerKilledSection():
             return made.PlannerKilled(at, robot), None
         case PlannerSlowedSection():
-            return made.PlannerSlowed(at, robot, float(section.by_s)), made.PlannerSlowed(end, robot, 0.0)
+            return made.PlannerSlowed(at, robot, float(section.by_s)), made.PlannerRecovered(end, robot)
         case RobotFaultSection():
             return _OF_ROBOTS[section.kind](at, robot), _OF_ROBOTS[_ENDED_BY[section.kind]](end, robot)
         case _:

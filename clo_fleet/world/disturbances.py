@@ -25,6 +25,7 @@ __all__ = [
     "ObjectReturned",
     "ObjectTaken",
     "PlannerKilled",
+    "PlannerRecovered",
     "PlannerSlowed",
     "RadioLost",
     "RadioRestored",
@@ -39,6 +40,7 @@ __all__ = [
     "described",
     "kind_of",
     "subject_of",
+    "summed_up",
 ]
 
 
@@ -222,11 +224,19 @@ class PlannerKilled:
 
 @dataclass(frozen=True, slots=True)
 class PlannerSlowed:
-    """From now on a robot's planner takes ``seconds`` more of simulated time for each answer [s]."""
+    """From its next question on, a robot's planner takes ``seconds`` more of simulated time for each answer [s]."""
 
     time: float
     robot: RobotId
     seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerRecovered:
+    """A robot's planner is as fast as at the start, from the next question on."""
+
+    time: float
+    robot: RobotId
 
 
 Disturbance = (
@@ -251,6 +261,7 @@ Disturbance = (
     | RadioRestored
     | PlannerKilled
     | PlannerSlowed
+    | PlannerRecovered
 )
 
 
@@ -331,6 +342,15 @@ def described(disturbance: Disturbance) -> str:
             return _which(disturbance)
         case _:
             return ""
+
+
+def summed_up(disturbance: Disturbance) -> str:
+    """Kind, subject and what exactly, in a line.
+
+    >>> summed_up(RobotSlowed(3.0, RobotId("r1"), 0.25))
+    'robot_slowed r1 0.25 m/s'
+    """
+    return f"{kind_of(disturbance)} {subject_of(disturbance)} {described(disturbance)}".rstrip()
 
 
 def _which(fails: SkillFails) -> str:

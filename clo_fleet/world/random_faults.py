@@ -122,7 +122,7 @@ def _of_robot(world: World, rate: FaultRate, begins: float, ends: float, robot: 
         case "skill_fails":
             return (made.SkillFails(time=begins, skill=rate.skill, robot=robot),)
         case "planner_slowed":
-            return made.PlannerSlowed(begins, robot, rate.amount), made.PlannerSlowed(ends, robot, 0.0)
+            return made.PlannerSlowed(begins, robot, rate.amount), made.PlannerRecovered(ends, robot)
         case "robot_slowed":
             top = next(spec.max_speed for spec in world.robots if spec.id == robot)
             first: Disturbance = made.RobotSlowed(begins, robot, round(rate.amount * top, 3))

@@ -12,6 +12,7 @@ from clo_fleet.clo.messages import (
     AskPlan,
     Begin,
     CancelAction,
+    Cause,
     Command,
     Event,
     Flip,
@@ -164,6 +165,17 @@ def test_running_action_that_cannot_end_well_is_stopped_and_the_plan_goes_on_wit
     assert robot.rest == ["grasp(o1, l2)", "move(l3, l2)", "grasp(o1, l2)"]
     assert kinds(robot.tell(ActionCancelled(2, grasping.id))) == ["StartAction"]
     assert robot.rest == ["move(l3, l2)", "grasp(o1, l2)"]
+
+
+@pytest.mark.parametrize(("cause", "again"), [(None, True), (Cause("r2", "take", 7), False)])
+def test_what_slipped_from_the_hand_is_taken_up_again(cause: Cause | None, again: bool) -> None:
+    """Going back is right where nobody is to blame; what another robot has taken is not simply taken back."""
+    robot = Script(*FETCH, move("l2", "l1"), goals=("(holding o1)", "(at l1)"))
+    for step in (1, 2):
+        robot.tell(ActionFinished(step, step))
+    lost = (Flip(parse_fact("(holding o1)"), False, cause), Flip(parse_fact("(in o1 l2)"), True, cause))
+    robot.tell(Observed(3, lost))
+    assert (robot.rest == ["move(l2, l1)", "move(l1, l2)", "grasp(o1, l2)", "move(l2, l1)"]) is again
 
 
 def test_what_cannot_be_mended_is_refused_with_the_reason_of_the_search() -> None:

@@ -272,6 +272,7 @@ def mend(
     unknown: Iterable[str] = (),
     improve: bool = False,
     under_way: bool = False,
+    undo: bool = False,
     next_id: int | None = None,
 ) -> Repaired | Refused:
     """The repair after what has changed since the start."""
@@ -285,6 +286,7 @@ def mend(
         spared=tuple(spared),
         improve=improve,
         under_way=under_way,
+        undo=undo,
         next_id=next_id,
     )
 
@@ -469,3 +471,10 @@ def test_new_plan_is_looked_through_as_a_whole() -> None:
     )
     assert near.plan == plan[:-1]
     assert names(whole.plan) == ["move(l1, l3)", *map(str, plan[2:-1])]
+
+
+def test_what_nobody_meant_may_be_undone() -> None:
+    """Where going back is no offence, the door that fell shut is simply opened again."""
+    found = repaired(mend(LOCKED, actions=[unlock("l2"), *FETCH], undo=True))
+    assert [step.action for step in found.added] == [unlock("l2")]
+    assert found.plan[1:] == PLAN

@@ -67,7 +67,7 @@ def faults(folder: Path, text: str) -> list[str]:
         (
             "planner_slowed, robot: r1, by_s: 7",
             "PlannerSlowed(time=1.0, robot='r1', seconds=7.0)",
-            "PlannerSlowed(time=4.5, robot='r1', seconds=0.0)",
+            "PlannerRecovered(time=4.5, robot='r1')",
         ),
         (
             "object_taken, object: cup",

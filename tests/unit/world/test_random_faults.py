@@ -48,7 +48,7 @@ def test_about_as_many_are_drawn_as_the_rate_says(kind: str) -> None:
     begun = [fault for fault in drawn if kind_of(fault) == kind]
     each = 2 if kind in LASTING else 1
     assert 150 < len(drawn) / each < 250
-    assert len(begun) == len(drawn) if kind == "planner_slowed" else len(begun) * each
+    assert len(drawn) == len(begun) * each
     assert [fault.time for fault in drawn] == sorted(fault.time for fault in drawn)
     assert all(fault.time < 36_000.0 for fault in begun)
 
