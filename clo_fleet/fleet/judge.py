@@ -7,12 +7,14 @@ from typing import Any
 from clo_fleet.clo.executive import Executive, Mode
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.outcome import Outcome
+from clo_fleet.fleet.waits import Waits
 from clo_fleet.world.model import Radio
 
 __all__ = ["Judge", "Verdict", "patience"]
 
 PATIENCE = 30.0  # [s] for which nobody has had anything to do before the run ends
 REPEATS = 12  # so much longer where messages are lost: the chance that all of these are lost too is small
+CIRCLE_AFTER = 30.0  # [s] for which the same robots have waited for one another before the run ends
 GRIDLOCK_AFTER = 180.0  # [s] for which no action has ended and nobody has moved before the run ends
 
 Verdict = tuple[Outcome, str]
@@ -48,6 +50,7 @@ class Judge:
         facts: frozenset[Fact],
         executives: Mapping[str, Executive],
         standing: Mapping[str, str],
+        waits: Waits | None = None,
     ) -> Verdict | None:
         """How the run has ended, and why in words; ``None`` while it goes on.
 
@@ -57,18 +60,21 @@ class Judge:
             facts: the truth.
             executives: by robot.
             standing: what each robot stands for, empty if it does not.
+            waits: who waits for whom.
         """
         modes = {executive.mode for executive in executives.values()}
         if modes == {Mode.SATISFIED} and self.goals <= facts:
             return Outcome.GOALS_REACHED, "all goals hold"
         if time >= until - 1e-9:
             return Outcome.OUT_OF_TIME, f"{until:g} s are over"
+        if waits is not None and waits.circle and time - waits.circle_since > CIRCLE_AFTER:
+            return Outcome.GRIDLOCK, waits.circle_text()
         working = modes & {Mode.ACTING, Mode.ACTING_AND_PLANNING, Mode.PLANNING}
         if working:
             self.idle_since = None
             if time - self.lively_at > GRIDLOCK_AFTER:
-                waits = [f"{robot} waits for {why}" for robot, why in sorted(standing.items()) if why]
-                return Outcome.GRIDLOCK, ", ".join(waits) or "nobody gets on"
+                stand = [f"{robot} waits for {why}" for robot, why in sorted(standing.items()) if why]
+                return Outcome.GRIDLOCK, ", ".join(stand) or "nobody gets on"
         elif self.idle_since is None:
             self.idle_since = time
         elif time - self.idle_since > self.patience:

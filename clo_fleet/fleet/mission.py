@@ -32,12 +32,14 @@ from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
 from clo_fleet.fleet.saved import Saved
 from clo_fleet.fleet.tracks import Tracks
+from clo_fleet.fleet.waits import Waits
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
 from clo_fleet.robot.steering import along_walls
+from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
@@ -122,12 +124,14 @@ class Mission:
         self._judge = Judge(goals, patience=patience(world.radio))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
         self._standing: dict[str, str] = {}
+        self._waits = Waits()
         if saved and state:
             self._truth.restore(state["truth"])
             self._conversation.restore(state["conversation"])
             self._judge.restore(state["judge"])
             self._tracks.restore(state["tracks"])
             self._standing.update(state["standing"])
+            self._waits = Waits.from_state(state["waits"])
             self.questions.restore_wall(saved.wall["planning"])
             self.wall_deciding.update(saved.wall["deciding"])
         elif spread := world.skills.speed_spread:
@@ -177,6 +181,11 @@ class Mission:
     def contacts(self) -> dict[str, int]:
         """How often bodies have touched so far."""
         return asdict(self._site.rooms.contacts())
+
+    @property
+    def waits(self) -> Waits:
+        """Who waits for whom, and how long each robot has waited for what."""
+        return self._waits
 
     @property
     def site(self) -> Site:
@@ -254,6 +263,7 @@ class Mission:
             "judge": self._judge.state(),
             "tracks": self._tracks.state(),
             "standing": dict(self._standing),
+            "waits": self._waits.state(),
             "disturbances": self._disturbances.state(),
         }
 
@@ -306,13 +316,13 @@ class Mission:
             progress = robot.step(self._site, self._truth, self._conversation.offers, self.world.skills, self.time)
             if isinstance(progress, Under):
                 wanted[robot.id] = progress
-                self._note_standing(robot, progress.standing_for)
             else:
                 wanted[robot.id] = Under()
                 self._end_action(robot, progress)
             robot.measure_distance(self._site)
             if not had_skill and robot.executive.mode is Mode.WAITING:
                 robot.measure_waiting(TICK)
+        self._note_standing(wanted)
         self._steer(wanted)
 
     def _steer(self, wanted: Mapping[RobotId, Under]) -> None:
@@ -350,10 +360,22 @@ class Mission:
         else:
             self._conversation.put(robot.id, ActionCancelled(self.time, step.id))
 
-    def _note_standing(self, robot: Robot, why: str) -> None:
-        if why and self._standing.get(robot.id) != why:
-            self._record(events.Waiting(robot.id, why))
-        self._standing[robot.id] = why
+    def _note_standing(self, wanted: Mapping[RobotId, Under]) -> None:
+        """Write down who waits for whom, and why, where that is new."""
+        waits = {
+            robot: Wait(WaitCause.CROSSING) if ahead is None else Wait(WaitCause.VEHICLE, on=(ahead,))
+            for robot, ahead in self._site.waiting().items()
+        }
+        texts = {robot: wait.text for robot, wait in waits.items()}
+        for robot, under in wanted.items():
+            if under.standing_for:
+                waits[robot] = under.wait or Wait(WaitCause.OTHER, under.standing_for)
+                texts[robot] = under.standing_for
+        new = self._waits.note(self.time, TICK, waits)
+        for robot in sorted({*new, *(robot for robot in texts if texts[robot] != self._standing.get(robot))}):
+            wait = waits[robot]
+            self._record(events.Waiting(robot, texts[robot], wait.cause.value, wait.where, wait.on))
+        self._standing = {str(robot): text for robot, text in sorted(texts.items())}
 
     def _derive(self) -> None:
         running = {robot.id: robot.cause for robot in self._robots.values() if robot.cause is not None}
@@ -378,7 +400,8 @@ class Mission:
         executives = {str(robot.id): robot.executive for robot in self._robots.values()}
         if self._disturbances.help_may_come:
             self._judge.idle_since, self._judge.lively_at = None, self.time
-        verdict = self._judge.verdict(self.time, until, self._truth.facts, executives, self._standing)
+        waits = None if self._disturbances.help_may_come else self._waits
+        verdict = self._judge.verdict(self.time, until, self._truth.facts, executives, self._standing, waits)
         if verdict is None:
             return
         self.outcome, self.why = verdict

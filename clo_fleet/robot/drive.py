@@ -12,15 +12,15 @@ SUMO will have its vehicle, or from where its vehicle held, to the gate of the o
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Self
 
 from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, inward, throat, waiting_point
-from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
+from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under, standing
 from clo_fleet.robot.steering import Steering, follow
+from clo_fleet.robot.wait import Wait, WaitCause, hindered
 from clo_fleet.sim.doors import Way, is_wide
-from clo_fleet.sim.right_of_way import Obstacle
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.traffic import Course
@@ -161,7 +161,7 @@ class Drive:
         if math.dist(body.site.pose(body.id).point, target) < ASK:
             self.phase = Phase.QUEUE
             return self._queue(body)
-        return self._steer(body, target, "", onward=self._line_out(body, door)[0])
+        return self._steer(body, target, None, onward=self._line_out(body, door)[0])
 
     def _queue(self, body: Body) -> Progress:
         """On through the gate if it may; else to a place beside the door, to wait there."""
@@ -177,7 +177,7 @@ class Drive:
             site.doors.overtake(door.id, way, body.id)  # changes nothing if the first one passes already
             queue = site.doors.queue(door.id, way)
         if place := queue.index(body.id):
-            return self._wait(body, door, place, f"door {door.id}, after robot {queue[place - 1]}")
+            return self._wait(body, door, place, Wait(WaitCause.DOOR, door.id, (queue[place - 1],)))
         obstacle = self._obstacle(body, door)
         near = math.dist(here, target) < AT_GATE or beyond(door, self.start, here)
         if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
@@ -203,7 +203,7 @@ class Drive:
     def _insert(self, body: Body) -> Progress:
         if not body.site.in_corridor(body.id):
             velocity = follow(body.site, body.spec, self.line, ahead=AHEAD)
-            return Under(velocity, direct=True, standing_for="its turn in the corridor")
+            return replace(standing(Wait(WaitCause.ENTRY, str(self.out))), velocity=velocity, direct=True)
         self.phase = Phase.TRAVEL
         return self._travel(body)
 
@@ -222,12 +222,12 @@ class Drive:
         door = _door(site, self.into)
         way = Way.IN if self.goal == door.rooms[0] else Way.OUT
         if site.traffic.door_closed(door.id):
-            return Under(standing_for=f"door {door.id}, which is closed")
+            return standing(Wait(WaitCause.CLOSED, f"door {door.id}"))
         if not site.doors.request(door.id, way, body.id, urgent=True):
-            return Under(standing_for=f"door {door.id}, after robot {site.doors.queue(door.id, way)[0]}")
+            return standing(Wait(WaitCause.DOOR, door.id, site.doors.queue(door.id, way)[:1]))
         self.held_since = body.time if self.held_since < 0.0 else self.held_since
         if not clear(site, body.id, door, self.goal, nudge=body.time - self.held_since > NUDGE_AFTER):
-            return Under(standing_for=f"room behind door {door.id}")
+            return standing(Wait(WaitCause.DOORWAY, door.id))
         held = site.pose(body.id).point
         site.admit(body.id)
         self.line = [held, throat(door, self.goal, radius, out=False), self._inside(door, radius)]
@@ -269,7 +269,7 @@ class Drive:
         self.shut_since = body.time if self.shut_since < 0.0 else self.shut_since
         if body.time - self.shut_since > GIVE_UP:
             return Failed(f"closed: {', '.join(shut)}")
-        return Under(standing_for=f"a way that is open, not {', '.join(shut)}")
+        return standing(Wait(WaitCause.CLOSED, ", ".join(shut)))
 
     def _set_out(self, body: Body) -> Progress | None:
         """Ask for the right of way; what to do while it does not have it, ``None`` once it has."""
@@ -283,7 +283,9 @@ class Drive:
             if self.phase is Phase.APPROACH:
                 return self._approach(body)
             return self._set_out(body)  # at once: what is granted has to be what it wants
-        return self._wait(body, _door(site, self.out), 2, _hindrance_text(site, body.id, self.course))
+        hindrance = site.traffic.hindrance(body.id)
+        why = hindered(hindrance) if hindrance else Wait(WaitCause.CLOSED, f"door {self.course.out}")
+        return self._wait(body, _door(site, self.out), 2, why)
 
     def _go_another_way(self, body: Body) -> Progress:
         """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
@@ -316,7 +318,7 @@ class Drive:
     # ---- their parts ---------------------------------------------------------------------------------------
 
     def _steer(
-        self, body: Body, target: Point, why: str, *, near: float = 0.0, onward: Point | None = None
+        self, body: Body, target: Point, why: Wait | None, *, near: float = 0.0, onward: Point | None = None
     ) -> Progress:
         """To ``target`` through the room, not yet through the door. ``why``: what it waits for there."""
         site = body.site
@@ -334,25 +336,26 @@ class Drive:
         if since >= 0.0 and body.time - since > GIVE_UP:
             return Failed("blocked")
         if since >= 0.0:
-            return Under(velocity, "a way through the room")
-        return Under(velocity, why if math.hypot(*velocity) < STILL else "", direct=self.steering.pushes)
+            return replace(standing(Wait(WaitCause.PATH, self.start)), velocity=velocity)
+        stands = standing(why) if why is not None and math.hypot(*velocity) < STILL else Under()
+        return replace(stands, velocity=velocity, direct=self.steering.pushes)
 
-    def _wait(self, body: Body, door: Door, place: int, why: str) -> Progress:
+    def _wait(self, body: Body, door: Door, place: int, why: Wait) -> Progress:
         """Stand beside the door; who is not next may stand anywhere else, but not in the way."""
         if place > 1 and not in_the_way(body.site, body.id, door, self.start):
-            return Under(standing_for=why)
+            return standing(why)
         if self.spot is None or body.time - self.spot[0] >= LOOK:
             self.spot = (body.time, waiting_point(body.site, body.spec, door, self.start))
         return self._steer(body, self.spot[1], why, near=WAITS)
 
-    def _obstacle(self, body: Body, door: Door) -> str:
-        """What keeps the robot whose turn it is from passing; empty: nothing."""
+    def _obstacle(self, body: Body, door: Door) -> Wait | None:
+        """What keeps the robot whose turn it is from passing."""
         if self.out == self.into:
-            return "" if clear(body.site, body.id, door, self.goal) else f"room behind door {door.id}"
+            return None if clear(body.site, body.id, door, self.goal) else Wait(WaitCause.DOORWAY, door.id)
         if not is_wide(door) and (other := body.site.coming(door.id, COMING)):
-            return f"door {door.id}, for robot {other}"
+            return Wait(WaitCause.DOOR, door.id, (other,))
         free = body.site.entry_clear(self._route(), body.spec.radius)
-        return "" if free else f"room in the corridor behind door {door.id}"
+        return None if free else Wait(WaitCause.ENTRY, door.id)
 
     def _line_out(self, body: Body, door: Door) -> list[Point]:
         """From the gate on: to where the vehicle will be, or to the inside of the other room."""
@@ -377,21 +380,6 @@ _STEPS = {
     Phase.WAIT_TO_ENTER: Drive._wait_to_enter,
     Phase.PASS_IN: Drive._pass_in,
 }
-
-
-def _hindrance_text(site: Site, robot: RobotId, course: Course) -> str:
-    """Why a robot may not set out, in words."""
-    found = site.traffic.hindrance(robot)
-    if found is None:
-        return f"door {course.out}, which is closed"
-    after = f", after robot {found.by[0]}" if found.by else ""
-    return {
-        Obstacle.CLOSED: f"corridor {found.where}, which is closed",
-        Obstacle.ROOM: f"a place in room {found.where}",
-        Obstacle.SINGLE_LANE: f"corridor {found.where}{after}",
-        Obstacle.FULL_LANES: f"space in corridor {found.where}",
-        Obstacle.TURN: f"its turn on the way to room {found.where}{after}",
-    }[found.obstacle]
 
 
 def _door(site: Site, door: DoorId | None) -> Door:

@@ -13,6 +13,7 @@ from clo_fleet.clo.messages import Flip
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, OfferStatus, Progress, Under, lacks, looks
 from clo_fleet.robot.steering import Steering
+from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import ObjectId, PlaceId, RobotId, RoomId
 
@@ -128,7 +129,8 @@ class Give:
 
     def _wait(self, body: Body, why: str) -> Under:
         """Stand out of the way meanwhile."""
-        return replace(self.aside.step(body.site, body.spec, body.time), standing_for=why)
+        wait = Wait(WaitCause.PARTNER, self.taker, (self.taker,))
+        return replace(self.aside.step(body.site, body.spec, body.time), standing_for=why, wait=wait)
 
     def _call_off(self, body: Body) -> None:
         if self.offer >= 0:

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from clo_fleet.clo.messages import Cause, Flip
 from clo_fleet.clo.task import Action, Condition
+from clo_fleet.robot.wait import Wait
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world.binding import SensorKind
@@ -28,16 +29,23 @@ __all__ = [
     "Under",
     "lacks",
     "looks",
+    "standing",
 ]
 
 
 @dataclass(frozen=True, slots=True)
 class Under:
-    """Still at it; wants to move at ``velocity`` [m/s]. ``standing_for``: why it stands, if it does."""
+    """Still at it; wants to move at ``velocity`` [m/s]. ``standing_for``, ``wait``: why it stands, if it does."""
 
     velocity: tuple[float, float] = (0.0, 0.0)
     standing_for: str = ""
     direct: bool = False  # the way is reserved: drive exactly so, without avoidance
+    wait: Wait | None = None
+
+
+def standing(wait: Wait) -> Under:
+    """Still at it, but standing, and why."""
+    return Under(standing_for=wait.text, wait=wait)
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,6 +44,12 @@ class Wait:
     on: tuple[RobotId, ...] = ()
 
     @property
+    def text(self) -> str:
+        """In words, after "waits for"."""
+        after = f", after robot {self.on[0]}" if self.on else ""
+        return _TEXTS[self.cause].format(where=self.where) + after
+
+    @property
     def what(self) -> str:
         """Cause and place in words."""
         return f"{self.cause.value} {self.where}".rstrip()
@@ -70,4 +76,19 @@ _CAUSES: Mapping[Obstacle, WaitCause] = {
     Obstacle.SINGLE_LANE: WaitCause.SINGLE_LANE,
     Obstacle.FULL_LANES: WaitCause.LANES,
     Obstacle.TURN: WaitCause.TURN,
+}
+_TEXTS: Mapping[WaitCause, str] = {
+    WaitCause.DOOR: "door {where}",
+    WaitCause.DOORWAY: "room behind door {where}",
+    WaitCause.ENTRY: "room in the corridor behind door {where}",
+    WaitCause.SINGLE_LANE: "corridor {where}",
+    WaitCause.LANES: "space in corridor {where}",
+    WaitCause.TURN: "its turn on the way to room {where}",
+    WaitCause.ROOM: "a place in room {where}",
+    WaitCause.CLOSED: "{where}, which is closed",
+    WaitCause.VEHICLE: "the way ahead",
+    WaitCause.CROSSING: "its turn at a crossing",
+    WaitCause.PATH: "a way through the room",
+    WaitCause.PARTNER: "robot {where}",
+    WaitCause.OTHER: "{where}",
 }

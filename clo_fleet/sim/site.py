@@ -249,6 +249,10 @@ class Site:
         ways = (way for way in self.ways(start, goal) if out in (None, way.exit))
         return self.traffic.course(ways, away)
 
+    def waiting(self) -> dict[RobotId, RobotId | None]:
+        """The robots that stand on their way in corridors, and whom each stands behind, if that is what holds it."""
+        return self._corridors.waiting() if self._corridors is not None and self._vehicle else {}
+
     # ---- acting --------------------------------------------------------------------------------------------
 
     def set_out(self, robot: RobotId, start: RoomId, goal: RoomId, course: Course) -> bool:

@@ -102,6 +102,7 @@ def _robot(mission: Mission, mine: Sequence[Timed], robot: str) -> RobotResult:
         travelling_s=round(meters.travelling, 1),
         working_s=round(meters.working, 1),
         waiting_s=round(meters.waiting, 1),
+        waiting_for_s=dict(sorted(mission.waits.seconds.get(known.id, {}).items())),
         distance_m=round(meters.distance, 2),
         wall_planning_s=round(desk.wall_seconds, 3),
         wall_deciding_s=round(mission.wall_deciding[known.id], 6),

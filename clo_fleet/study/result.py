@@ -56,6 +56,7 @@ class RobotResult:
         opportunities_by: how many were seen, by whose action.
         facts_looked_at: how many its senses have looked at; ``facts_seen``: those of them that were news and heeded.
         facts_heard: news by radio that it heeded.
+        waiting_for_s: how long it stood for what, in rooms and in corridors: a door, a single lane, ...
         planning_s: simulated time that its planner took.
         expansions: states that its planner expanded.
         wall_planning_s: real time that its planner took.
@@ -87,6 +88,7 @@ class RobotResult:
     travelling_s: float
     working_s: float
     waiting_s: float
+    waiting_for_s: dict[str, float]
     distance_m: float
     wall_planning_s: float
     wall_deciding_s: float

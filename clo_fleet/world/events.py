@@ -195,10 +195,17 @@ class RepairFailed:
 
 @dataclass(frozen=True, slots=True)
 class Waiting:
-    """A robot has nothing to do for now, or stands: what for."""
+    """A robot has nothing to do for now, or stands: what for.
+
+    ``cause``, ``where``: why it stands, and at which door, corridor, room or object; ``on``: the robots without which
+    it cannot go on.
+    """
 
     robot: str
     why: str
+    cause: str = ""
+    where: str = ""
+    on: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
