@@ -70,6 +70,7 @@ OPTIONS = (
     "--no-step-log",
     "--duration-log.disable",
 )
+CRAWL = 0.001  # [m/s] a speed that SUMO takes for one in a saved state
 SHORT = 300  # characters of SUMO's messages that are passed on
 
 
@@ -319,7 +320,12 @@ class Corridors:
         from what it saved.
         """
         with self._sumo("save its state") as sumo:
+            still = [of_type for of_type in sorted(self._types) if sumo.vehicletype.getMaxSpeed(of_type) < CRAWL]
+            for of_type in still:  # SUMO does not load a type that stands; opening gives robots their own speed again
+                sumo.vehicletype.setMaxSpeed(of_type, CRAWL)
             sumo.simulation.saveState(str(path))
+            for of_type in still:
+                sumo.vehicletype.setMaxSpeed(of_type, 0.0)
 
     def state(self) -> dict[str, object]:
         """What these corridors keep beside SUMO's half of the state, as plain data for JSON."""

@@ -421,6 +421,36 @@ def test_a_saved_state_goes_on_the_same_way_each_time(plus: BuildingMap, tmp_pat
     assert max(dist(a[R2].point, b[R2].point) for a, b in pairwise(tracks)) < 0.4 * 0.2 + 0.001
 
 
+def test_robots_that_have_broken_down_can_be_saved(plus: BuildingMap, tmp_path: Path) -> None:
+    """They stand after loading as before, and drive on when their speed is given back; so do those that were away."""
+    saved = tmp_path / "sumo.xml.gz"
+    with Corridors(plus, seed=1) as corridors:
+        corridors.enter(R1, way(corridors, W, E), 1.5)
+        corridors.enter(R2, way(corridors, N, S), 1.5)
+        for _ in steps(corridors, 80):
+            pass
+        corridors.set_max_speed(R1, 0.0)
+        corridors.remove(R1)
+        corridors.enter(R3, way(corridors, N, W), 1.2)
+        for _ in steps(corridors, 15):
+            pass
+        corridors.set_max_speed(R3, 0.0)
+        corridors.save(saved)
+        state = json.loads(json.dumps(corridors.state()))
+        for _ in steps(corridors, 10):
+            pass
+        assert corridors.speed(R3) == 0.0
+    with Corridors.from_state(plus, state, saved) as corridors:
+        for _ in steps(corridors, 10):
+            pass
+        assert corridors.speed(R3) == 0.0
+        corridors.set_max_speed(R3, 1.2)
+        corridors.enter(R1, way(corridors, W, E), 1.5)
+        for _ in steps(corridors, 80):
+            pass
+        assert corridors.arrived() == (R1, R2, R3)
+
+
 def test_a_saved_state_that_cannot_be_read_is_told(plus: BuildingMap, tmp_path: Path) -> None:
     """And nothing stays open."""
     state = Corridors(plus, seed=1).state()
