@@ -248,7 +248,7 @@ class Corridors:
         if vehicle.phase is not Phase.DRIVING:
             return vehicle.route.edges if vehicle.phase is Phase.ASKED else vehicle.route.edges[-1:]
         with self._sumo("find a robot") as sumo:
-            number = vehicle.passed + sumo.vehicle.getRouteIndex(robot)
+            number = _number(sumo, robot, vehicle)
             straddles = number > 0 and sumo.vehicle.getLanePosition(robot) < LENGTH
             if straddles and sumo.vehicle.getRoadID(robot) == vehicle.route.edges[number]:
                 number -= 1
@@ -278,14 +278,14 @@ class Corridors:
         """
         vehicle = self._vehicle(robot)
         with self._sumo(f"divert robot {robot!r}") as sumo:
-            number = vehicle.passed + sumo.vehicle.getRouteIndex(robot) if vehicle.phase is Phase.DRIVING else -1
+            number = _number(sumo, robot, vehicle) if vehicle.phase is Phase.DRIVING else -1
             if number < 0 or route.edges[: number + 1] != vehicle.route.edges[: number + 1]:
                 raise CorridorsMisuseError(f"robot {robot!r} cannot turn off to door {route.end!r}")
             sumo.vehicle.replaceStop(robot, 0, "")
             sumo.vehicle.setRoute(robot, route.edges[number:])
             last = route.edges[-1]
             sumo.vehicle.setStop(robot, last, sumo.lane.getLength(_lane(last)), 0, FOR_EVER, 0)
-        vehicle.passed, vehicle.route = number, route
+        vehicle.route = route
 
     def close_edge(self, edge: str) -> None:
         """Let nobody drive onto an edge any more; who is on it drives on."""
@@ -445,3 +445,9 @@ def _lane(edge: str) -> str:
 def _vehicle_pose(sumo: Any, robot: RobotId) -> Pose:
     """The pose of a vehicle, which points ``getAngle`` degrees clockwise from north."""
     return vehicle_pose(sumo.vehicle.getPosition(robot), pi / 2 - radians(sumo.vehicle.getAngle(robot)))
+
+
+def _number(sumo: Any, robot: RobotId, vehicle: Vehicle) -> int:
+    """On which edge of its route a robot is, counted from its end: SUMO may have forgotten its beginning or not."""
+    left = len(sumo.vehicle.getRoute(robot)) - sumo.vehicle.getRouteIndex(robot)
+    return len(vehicle.route.edges) - int(left)

@@ -56,21 +56,15 @@ class Vehicle:
     route: Route
     max_speed: float
     phase: Phase = Phase.ASKED
-    passed: int = 0  # edges of its route that came before it was last diverted: SUMO has forgotten them
 
     def state(self) -> dict[str, object]:
         """Plain data."""
-        return {
-            "route": self.route.state(),
-            "max_speed": self.max_speed,
-            "phase": self.phase.value,
-            "passed": self.passed,
-        }
+        return {"route": self.route.state(), "max_speed": self.max_speed, "phase": self.phase.value}
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> Self:
         """What ``state()`` was taken from."""
-        return cls(Route.from_state(state["route"]), state["max_speed"], Phase(state["phase"]), state["passed"])
+        return cls(Route.from_state(state["route"]), state["max_speed"], Phase(state["phase"]))
 
 
 def vehicle_pose(front: Point, heading: float) -> Pose:
