@@ -137,7 +137,7 @@ class Conversation:
             self._hearsay.did(robot.id, own, self.time)
             self.radio.tell(self.time, robot.id, (*flips, *own), self._point)
             if self._site.in_corridor(robot.id) and self._world.perception.mode is not PerceptionMode.FULL:
-                self._dull.add(robot.id)  # until something changes about it, it sees nothing new in there
+                self._dull.add(robot.id)  # it sees nothing new in there until something changes about it
         for announcement in self._hearsay.to_repeat(self.time):
             self.radio.announce(self.time, self._hearsay.say(announcement, self.time), self._point)
         self._listen()

@@ -27,6 +27,7 @@ from clo_fleet.clo.strategies import Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.conversation import Conversation
 from clo_fleet.fleet.disturbances import Disturbances
+from clo_fleet.fleet.journeys import Journeys
 from clo_fleet.fleet.judge import Judge, patience
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
@@ -125,6 +126,7 @@ class Mission:
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
         self._standing: dict[str, str] = {}
         self._waits = Waits()
+        self._journeys = Journeys(self._site, self._robots)
         if saved and state:
             self._truth.restore(state["truth"])
             self._conversation.restore(state["conversation"])
@@ -194,6 +196,7 @@ class Mission:
 
     def robot(self, robot: str) -> Robot:
         """The robot of that id."""
+        self._journeys.settle(self._ticks)
         return self._robots[RobotId(robot)]
 
     @property
@@ -253,6 +256,7 @@ class Mission:
 
     def state(self) -> dict[str, Any]:
         """All that the mission remembers, as plain data."""
+        self._journeys.settle(self._ticks)
         return {
             "time": self.time,
             "ticks": self._ticks,
@@ -311,11 +315,13 @@ class Mission:
     def _act(self) -> None:
         """Step every skill; steer those robots that are bodies."""
         wanted: dict[RobotId, Under] = {}
-        for robot in self._robots.values():
+        for robot in self._journeys.awake(self._ticks):
             had_skill = robot.busy
             progress = robot.step(self._site, self._truth, self._conversation.offers, self.world.skills, self.time)
             if isinstance(progress, Under):
                 wanted[robot.id] = progress
+                if progress.until_arrival:
+                    self._journeys.begin(robot, self._ticks)
             else:
                 wanted[robot.id] = Under()
                 self._end_action(robot, progress)
@@ -327,7 +333,7 @@ class Mission:
 
     def _steer(self, wanted: Mapping[RobotId, Under]) -> None:
         """Let robots in rooms avoid one another; who owns a doorway drives as it wants."""
-        bodies = [robot for robot in self._robots.values() if not self._site.in_corridor(robot.id)]
+        bodies = [self._robots[robot] for robot in wanted if not self._site.in_corridor(robot)]
         agents = [
             Agent(
                 id=robot.id,
@@ -405,6 +411,7 @@ class Mission:
         if verdict is None:
             return
         self.outcome, self.why = verdict
+        self._journeys.settle(self._ticks)
         self._track()
         self._record(events.RunEnded(self.outcome.value, self.why))
 

@@ -209,10 +209,11 @@ class Drive:
 
     def _travel(self, body: Body) -> Progress:
         door = _door(body.site, self.out)
-        if math.dist(body.site.pose(body.id).point, door.position) > OFF_DOOR:
+        off = math.dist(body.site.pose(body.id).point, door.position) > OFF_DOOR
+        if off:
             body.site.doors.release(door.id, _way(door, self.start), body.id)
         if not body.site.arrived(body.id):
-            return self._go_another_way(body)
+            return self._go_another_way(body, off)
         self._leave_doors(body)
         self.phase = Phase.WAIT_TO_ENTER
         return self._wait_to_enter(body)
@@ -287,10 +288,12 @@ class Drive:
         why = hindered(hindrance) if hindrance else Wait(WaitCause.CLOSED, f"door {self.course.out}")
         return self._wait(body, _door(site, self.out), 2, why)
 
-    def _go_another_way(self, body: Body) -> Progress:
+    def _go_another_way(self, body: Body, off: bool) -> Progress:
         """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
         site = body.site
         assert self.course is not None
+        if off and not self.cancelling and not site.traffic.shut:
+            return Under(until_arrival=True)
         if self.turned or body.time - self.chosen_at < TURN_AGAIN:
             return Under()
         shut = site.traffic.blocked(body.id, self._route())

@@ -55,6 +55,7 @@ class Robot:
         self._last: Point = spec.pose.point
         self._aside = StandAside()
         self._mishap: float | None = None
+        self._cancelled = False  # known to the skill as well, which is saved: this is for those who need not ask it
         self.broken = False
         self.blind = False
 
@@ -74,7 +75,7 @@ class Robot:
         self._factor = varied(1.0, settings.spread, self._seed, f"{self.id}/skills/{step.id}")
         self.cause = Cause(self.id, step.action.name, event)
         self._aside = StandAside()
-        self._mishap = None
+        self._mishap, self._cancelled = None, False
         if mishap is not None:
             self._mishap = mishap if isinstance(self._skill, Drive) else mishap + STRIKES_AFTER
 
@@ -82,6 +83,7 @@ class Robot:
         """Ask the skill to stop where that is safe."""
         if self._skill is not None:
             self._skill.cancel()
+            self._cancelled = True
 
     def step(self, site: Site, truth: Truth, exchange: Exchange, settings: SkillSettings, time: float) -> Progress:
         """Go on for one tick: with the skill, or standing out of the way."""
@@ -129,6 +131,17 @@ class Robot:
         here = site.pose(self.id).point
         self.meters = replace(self.meters, distance=self.meters.distance + math.dist(here, self._last))
         self._last = here
+
+    def measure_journey(self, site: Site, seconds: float, distance: float) -> None:
+        """Count the time [s] and the way [m] of a journey that nobody looked at."""
+        travelling = round(self.meters.travelling + seconds, 9)
+        self.meters = replace(self.meters, travelling=travelling, distance=self.meters.distance + distance)
+        self._last = site.pose(self.id).point
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether its skill has to be stepped even if that waits for an arrival: it is broken, doomed, or to stop."""
+        return self.broken or self._mishap is not None or self._cancelled
 
     def state(self) -> dict[str, Any]:
         """Plain data."""

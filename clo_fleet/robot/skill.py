@@ -41,6 +41,7 @@ class Under:
     standing_for: str = ""
     direct: bool = False  # the way is reserved: drive exactly so, without avoidance
     wait: Wait | None = None
+    until_arrival: bool = False  # there is nothing to do before the robot's vehicle has arrived
 
 
 def standing(wait: Wait) -> Under:

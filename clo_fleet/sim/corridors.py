@@ -32,6 +32,7 @@ from clo_fleet.sim.corridor_errors import (
     CorridorsOpenError,
     NetworkRefusedError,
 )
+from clo_fleet.sim.nearby import Nearby
 from clo_fleet.sim.network import network_edges
 from clo_fleet.sim.network_check import check_network
 from clo_fleet.sim.preflight import check_libsumo
@@ -48,7 +49,7 @@ from clo_fleet.sim.vehicle import (
     check_speed,
     vehicle_pose,
 )
-from clo_fleet.world.model import BuildingMap, Pose, RobotId
+from clo_fleet.world.model import BuildingMap, Point, Pose, RobotId
 
 __all__ = [
     "Corridors",
@@ -92,6 +93,8 @@ class Corridors:
         self._libsumo: Any = None
         self._vehicles: dict[RobotId, Vehicle] = {}
         self._entered: tuple[RobotId, ...] = ()
+        self._stopped: tuple[RobotId, ...] = ()
+        self._lanes: Nearby | None = None  # those on crossings included
         self._known_to_sumo: set[str] = set()
         self._types: set[str] = set()
         self._closed: set[str] = set()
@@ -182,7 +185,8 @@ class Corridors:
         self._entered = tuple(sorted(RobotId(v) for v in departed))
         for robot in self._entered:
             self._vehicles[robot].phase = Phase.DRIVING
-        for robot in stopped:
+        self._stopped = tuple(sorted(RobotId(v) for v in stopped))
+        for robot in self._stopped:
             self._vehicles[robot].phase = Phase.HOLDING
 
     def entered(self) -> tuple[RobotId, ...]:
@@ -192,6 +196,29 @@ class Corridors:
     def arrived(self) -> tuple[RobotId, ...]:
         """The robots that hold at their far door, sorted."""
         return tuple(sorted(r for r, v in self._vehicles.items() if v.phase is Phase.HOLDING))
+
+    def has_arrived(self, robot: RobotId) -> bool:
+        """Whether the robot holds at its far door."""
+        return robot in self._vehicles and self._vehicles[robot].phase is Phase.HOLDING
+
+    def stopped(self) -> tuple[RobotId, ...]:
+        """The robots that have come to their far doors in the last step, sorted."""
+        return self._stopped
+
+    def odometer(self, robot: RobotId) -> float:
+        """How far a robot has come since it entered [m]."""
+        self._check_inside(robot)
+        with self._sumo("read an odometer") as sumo:
+            return float(sumo.vehicle.getDistance(robot))
+
+    def near(self, point: Point, within: float) -> list[Pose]:
+        """The poses of the robots whose centre may be this near to a point [m], and perhaps of some beyond."""
+        with self._sumo("look for robots near by") as sumo:
+            if self._lanes is None:
+                self._lanes = Nearby({lane: sumo.lane.getShape(lane) for lane in sumo.lane.getIDList()})
+            lanes = self._lanes.names(point, within + LENGTH)
+            there = sorted(RobotId(v) for lane in lanes for v in sumo.lane.getLastStepVehicleIDs(lane))
+            return [_vehicle_pose(sumo, robot) for robot in there if robot in self._vehicles]
 
     def remove(self, robot: RobotId) -> Pose:
         """Take out a robot that has arrived, or that is not let in yet, and tell where it held or would have entered.

@@ -231,6 +231,11 @@ class RightOfWay:
         """How many claim the chain of a single lane in the other direction."""
         return len(self._lanes.against(lane))
 
+    @property
+    def shut(self) -> bool:
+        """Whether any lane is closed."""
+        return bool(self._closed)
+
     def closed(self, lane: str) -> bool:
         """Whether the lane is closed."""
         return lane in self._closed

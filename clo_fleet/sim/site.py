@@ -27,7 +27,7 @@ from clo_fleet.sim.rooms import Rooms
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.sightlines import Sightlines
 from clo_fleet.sim.traffic import Course, Traffic
-from clo_fleet.sim.vehicle import off_vehicle
+from clo_fleet.sim.vehicle import LENGTH, off_vehicle
 from clo_fleet.sim.walls import free_space, in_room
 from clo_fleet.world.model import (
     BuildingMap,
@@ -228,14 +228,15 @@ class Site:
         if not self.corridors.entry_clear(route):
             return False
         entry = self.corridors.entry_pose(route).point
-        return all(off_vehicle(pose, entry) > radius + BESIDE for pose in self.corridors.poses().values())
+        reach = radius + BESIDE
+        return all(off_vehicle(pose, entry) > reach for pose in self.corridors.near(entry, reach + LENGTH))
 
     def coming(self, door: DoorId, within: float) -> RobotId | None:
         """The first vehicle by id that is to arrive at the door and is this near to it [m], or holds there."""
         near = (
             robot
-            for robot, route in sorted(self._vehicle.items())
-            if route.end == door and math.dist(self.pose(robot).point, self._door[door].position) < within
+            for robot in sorted(robot for robot, route in self._vehicle.items() if route.end == door)
+            if math.dist(self.pose(robot).point, self._door[door].position) < within
         )
         return next(near, None)
 
@@ -307,7 +308,15 @@ class Site:
 
     def arrived(self, robot: RobotId) -> bool:
         """Whether the robot's vehicle holds at its far door."""
-        return robot in self._vehicle and robot in self.corridors.arrived()
+        return robot in self._vehicle and self.corridors.has_arrived(robot)
+
+    def arrivals(self) -> tuple[RobotId, ...]:
+        """The robots whose vehicles have come to their far doors in the last step, sorted."""
+        return self._corridors.stopped() if self._corridors else ()
+
+    def odometer(self, robot: RobotId) -> float:
+        """How far a robot has come on its way through the corridors [m]."""
+        return self.corridors.odometer(robot)
 
     def admit(self, robot: RobotId) -> None:
         """Turn a vehicle that arrived into a body at the same pose."""

@@ -157,6 +157,11 @@ class Traffic:
         shut = next((lane.removeprefix("-") for lane in ahead if self.right_of_way.closed(lane)), None)
         return shut or (route.end if route.end in self._closed_doors else None)
 
+    @property
+    def shut(self) -> bool:
+        """Whether anything is closed."""
+        return bool(self._closed_doors) or self.right_of_way.shut
+
     def door_closed(self, door: DoorId) -> bool:
         """Whether the door is closed."""
         return door in self._closed_doors
