@@ -110,7 +110,7 @@ def test_what_is_under_way_arrives_after_a_checkpoint(tmp_path: Path, planners: 
             (
                 *(
                     FaultRate(kind, 120.0, lasts=(2.0, 8.0))
-                    for kind in ("robot_broken", "sensor_blinded", "radio_lost")
+                    for kind in ("robot_broken", "sensor_blinded", "radio_lost", "corridor_closed", "door_closed")
                 ),
                 FaultRate("robot_slowed", 120.0, lasts=(2.0, 8.0), amount=0.5),
                 FaultRate("skill_fails", 240.0, lasts=(5.0, 15.0), skill="prepare"),
