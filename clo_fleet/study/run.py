@@ -138,6 +138,7 @@ class Run:
         self._every = _ticks(checkpoint_every)
         self._source = source
         self._start = start
+        self._begun = False  # whether it goes on with a run that somebody has begun
         self._strategy = strategy_named(strategy) if isinstance(strategy, str) else strategy
         self._out = out
         self._begin = clock.perf_counter()
@@ -182,7 +183,7 @@ class Run:
         known = begun.world(folder, world)
         start = Checkpoints(folder / "checkpoints").last(folder / "events.jsonl")
         try:
-            return cls(
+            run = cls(
                 known,
                 strategy or begun.strategy,
                 out=folder,
@@ -192,6 +193,8 @@ class Run:
                 source=world if isinstance(world, Path) else Path(begun.source) if begun.source else None,
                 start=start,
             )
+            run._begun = True
+            return run
         except (LookupError, TypeError, ValueError, AttributeError) as error:
             if start is None:
                 raise
@@ -297,12 +300,13 @@ class Run:
         if self._start is not None:
             self._log.go_on(out / "events.jsonl", self._start.log)
             return
-        (out / "run.json").unlink(missing_ok=True)  # first, so that nobody goes on with half an old run
+        if not self._begun:
+            (out / "run.json").unlink(missing_ok=True)  # first, so that nobody goes on with half an old run
         (out / "result.json").unlink(missing_ok=True)
         self._checkpoints.clear()
         write_scene(self.mission.world, out / "scene.json")
         self._log.write_to(out / "events.jsonl")
-        if self._checkpoint_every is not None:
+        if self._checkpoint_every is not None and not self._begun:
             RunFile.of(self.mission.world, self._source, self._strategy.name, self._checkpoint_every).write(out)
             stack.enter_context(held(out))
 

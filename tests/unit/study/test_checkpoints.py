@@ -120,9 +120,14 @@ def test_a_log_that_does_not_reach_a_checkpoint_is_gone_on_with_from_the_one_bef
 
 
 def test_without_a_checkpoint_a_run_begins_anew(folder: Path) -> None:
-    """It was stopped before the first."""
+    """It was stopped before the first. All the while ``run.json`` stays: who is stopped again can go on again."""
     shutil.rmtree(folder / "run/checkpoints")
-    assert Run.resumed(folder / "run").resumed_at is None
+    before = (folder / "run/run.json").stat()
+    with Run.resumed(folder / "run") as run:
+        assert run.resumed_at is None
+        assert run.log == ()
+    after = (folder / "run/run.json").stat()
+    assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
 
 def _edited(path: Path, old: str, new: str) -> None:
