@@ -37,6 +37,7 @@ from clo_fleet.fleet.waits import Waits
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.avoidance import Agent, Avoidance
+from clo_fleet.robot.indoors import at_doors, indoors
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
 from clo_fleet.robot.steering import along_walls
@@ -332,7 +333,7 @@ class Mission:
         self._steer(wanted)
 
     def _steer(self, wanted: Mapping[RobotId, Under]) -> None:
-        """Let robots in rooms avoid one another; who owns a doorway drives as it wants."""
+        """Let robots in rooms avoid one another, and who holds at a door; who owns a doorway drives as it wants."""
         bodies = [self._robots[robot] for robot in wanted if not self._site.in_corridor(robot)]
         agents = [
             Agent(
@@ -346,9 +347,12 @@ class Mission:
             )
             for robot in bodies
         ]
-        for robot, velocity in zip(bodies, self._avoidance.velocities(agents), strict=True):
+        agents += at_doors(self._site)
+        for robot, velocity in zip(bodies, self._avoidance.velocities(agents), strict=False):
             under = wanted[robot.id]
             free = under.velocity if under.direct else along_walls(self._site, robot.spec, velocity)
+            if not (under.direct or robot.leaving):  # nobody is to be crowded out of a room in the middle of work
+                free = indoors(self._site, robot.id, free)
             self._site.rooms.drive(robot.id, free)
 
     def _end_action(self, robot: Robot, progress: Progress) -> None:

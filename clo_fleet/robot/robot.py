@@ -122,6 +122,11 @@ class Robot:
         """Whether a skill is under way."""
         return self._skill is not None
 
+    @property
+    def leaving(self) -> bool:
+        """Whether it is on its way to another room."""
+        return isinstance(self._skill, Drive)
+
     def measure_waiting(self, tick: float) -> None:
         """Count a tick spent without anything to do."""
         self.meters = replace(self.meters, waiting=self.meters.waiting + tick)

@@ -231,6 +231,12 @@ class Site:
         reach = radius + BESIDE
         return all(off_vehicle(pose, entry) > reach for pose in self.corridors.near(entry, reach + LENGTH))
 
+    def holding(self) -> dict[RobotId, RoomId]:
+        """The vehicles that have arrived and wait to be let in, sorted, with the room at whose door each one holds."""
+        if self._corridors is None:
+            return {}
+        return {robot: self._door[self._vehicle[robot].end].rooms[0] for robot in self._corridors.arrived()}
+
     def coming(self, door: DoorId, within: float) -> RobotId | None:
         """The first vehicle by id that is to arrive at the door and is this near to it [m], or holds there."""
         near = (
