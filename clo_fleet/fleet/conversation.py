@@ -132,9 +132,8 @@ class Conversation:
             fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
-            own = self._effects(robot)
             self._hearsay.learnt(robot.id, seen, self.time)
-            self._hearsay.did(robot.id, own, self.time)
+            self._hearsay.did(robot.id, own := self._effects(robot), self.time)
             self.radio.tell(self.time, robot.id, (*flips, *own), self._point)
             if self._site.in_corridor(robot.id) and self._world.perception.mode is not PerceptionMode.FULL:
                 self._dull.add(robot.id)  # it sees nothing new in there until something changes about it
@@ -159,8 +158,8 @@ class Conversation:
 
     def reconnect(self, robot: RobotId) -> None:
         """The robot's radio works again: it hears what the others mean to do now, or when they repeat it."""
-        others = self._hearsay.sayings(robot)
-        self._take_note(self._robots[robot], [fact for said in others for fact in in_hand_facts(said, self._words)])
+        said = self._hearsay.sayings(robot)
+        self._take_note(self._robots[robot], [fact for each in said for fact in in_hand_facts(each, self._words)])
 
     def serve(self) -> None:
         """Tell the executives what happened, and let the planner answer, until nobody has a question left.

@@ -9,8 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from clo_fleet.fleet.closures import Closures
 from clo_fleet.fleet.conversation import Conversation
 from clo_fleet.robot.robot import Robot
+from clo_fleet.robot.wait import Wait
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import disturbances as world
@@ -58,11 +60,19 @@ class Disturbances:
         self._conversation = conversation
         self._normal = {robot: site.max_speed(robot) for robot in robots}  # [m/s]
         self._slowed: dict[RobotId, float] = {}
+        closable = conversation.questions.scene.closable
+        self._closures = Closures(setting, site, robots, conversation) if closable else None
 
     @property
     def help_may_come(self) -> bool:
-        """Whether something is still to happen that may let a robot go on that cannot."""
-        return any(not isinstance(disturbance, HARMFUL) for disturbance in self._schedule[self._done :])
+        """Whether something is still to happen, or to be found out, that may let a robot go on that cannot."""
+        mistaken = self._closures is not None and not self._closures.settled
+        return mistaken or any(not isinstance(disturbance, HARMFUL) for disturbance in self._schedule[self._done :])
+
+    def notice(self, time: float, waits: Mapping[RobotId, Wait], recorder: Recorder) -> None:
+        """Let the robots notice what is closed and what is open again. ``waits``: why robots stand."""
+        if self._closures is not None:
+            self._closures.step(time, waits, recorder)
 
     def step(self, time: float, recorder: Recorder) -> None:
         """Apply what is due by ``time`` [s]."""
@@ -78,6 +88,7 @@ class Disturbances:
         """What has been done of the schedule, and what lasts, as plain data."""
         return {
             "done": self._done,
+            "closures": None if self._closures is None else self._closures.state(),
             "slowed": dict(sorted(self._slowed.items())),
             "normal": dict(sorted(self._normal.items())),
         }
@@ -85,6 +96,8 @@ class Disturbances:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Take up what ``state()`` gave."""
         self._done = state["done"]
+        if self._closures is not None:
+            self._closures.restore(state["closures"])
         self._slowed, self._normal = dict(state["slowed"]), dict(state["normal"])
 
     # ---- applying ------------------------------------------------------------------------------------------
@@ -93,7 +106,7 @@ class Disturbances:
         """Let it happen; returns what exactly has happened, or why it cannot happen now."""
         match disturbance:
             case world.CorridorClosed() | world.CorridorOpened() | world.DoorClosed() | world.DoorOpened():
-                return _NoEffect("nobody can shut it")
+                return self._close_or_open(disturbance)
             case world.FactTurned(_, fact, value):
                 if (fact in self._truth.effects) is value:
                     return _NoEffect("it is so already")
@@ -112,6 +125,21 @@ class Disturbances:
                 return self._befall_object(disturbance, disturbance.object)
             case _:
                 return self._befall_robot(disturbance, self._robots[disturbance.robot], time)
+
+    def _close_or_open(self, disturbance: Disturbance) -> str | _NoEffect:
+        traffic, closed = self._site.traffic, subject_of(disturbance) in self._site.traffic.closed()
+        match disturbance:
+            case world.DoorClosed(_, door) if not closed:
+                traffic.close_door(door)
+            case world.DoorOpened(_, door) if closed:
+                traffic.open_door(door)
+            case world.CorridorClosed(_, corridor) if not closed:
+                traffic.close_corridor(corridor)
+            case world.CorridorOpened(_, corridor) if closed:
+                traffic.open_corridor(corridor)
+            case _:
+                return _NoEffect("it is so already")
+        return ""
 
     def _befall_object(self, disturbance: Disturbance, item: ObjectId) -> str | _NoEffect:
         rooms = self._site.rooms

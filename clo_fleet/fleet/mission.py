@@ -250,6 +250,7 @@ class Mission:
         self._site.step()
         self._derive()
         self._conversation.perceive()
+        self._disturbances.notice(self.time, self._waits.now, self._recorder)
         self._conversation.pass_offers_on()
         self._conversation.serve()
         self._track()

@@ -22,15 +22,18 @@ from clo_fleet.planning.planner import (
 )
 from clo_fleet.planning.planner_faults import PlannerFaults
 from clo_fleet.planning.pool import KILLED, PlannerPool
-from clo_fleet.planning.problem import Scene
+from clo_fleet.planning.problem import BLOCKED, Scene
 from clo_fleet.planning.relevance import Travels, narrow_task
 from clo_fleet.world.binding import SensorKind, SkillKind
+from clo_fleet.world.disturbances import CorridorClosed, DoorClosed
 from clo_fleet.world.model import RobotId, World
 from clo_fleet.world.places import travel_time
+from clo_fleet.world.random_faults import schedule
 from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["Desk", "Questions", "Reply"]
 
+CLOSING = CorridorClosed | DoorClosed
 TENTHS = 10  # costs are whole tenths of a second
 
 
@@ -110,6 +113,7 @@ class Questions:
             words=self.words,
             travel={pair: max(1, round(seconds * TENTHS)) for pair, seconds in travel_time(world.map).items()},
             skills=world.skills,
+            closable=any(isinstance(disturbance, CLOSING) for disturbance in schedule(world)),
         )
         self._travels = Travels(self.scene.travel)
 
@@ -129,7 +133,10 @@ class Questions:
     def ask(self, robot: RobotId, state: frozenset[Fact], goals: Iterable[Fact], time: float) -> None:
         """Ask for a plan from ``state`` to ``goals``, at simulated ``time`` [s]."""
         self._asked[robot] = time
-        self._pool.submit(robot, narrow_task(robot, self.scene, self._travels, state, goals))
+        scene = self.scene.open_in(state)
+        travels = self._travels if scene is self.scene else Travels(scene.travel)
+        known = frozenset(fact for fact in state if fact[0] != BLOCKED)
+        self._pool.submit(robot, narrow_task(robot, scene, travels, known, goals))
         if self.faults.strikes(robot):
             self._pool.kill(robot)
 
@@ -229,7 +236,8 @@ class Questions:
         desk.wall_seconds += reply.wall_seconds
         due = asked + seconds
         match reply:
-            case PlanFound(actions=actions):
+            case PlanFound():
+                actions = tuple(map(self.scene.guarded, reply.actions))
                 return Reply(robot=robot, due=due, actions=actions, expansions=expansions)
             case NoPlan(proven=proven):
                 detail = "proven" if proven else "the search ended without one"

@@ -10,17 +10,18 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from clo_fleet.clo.task import Fact, State, fact_text
+from clo_fleet.clo.task import Action, Condition, Fact, State, fact_text
 from clo_fleet.errors import CloFleetError
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import SkillSettings
 from clo_fleet.world.schemas import OBJECT, Domain, bind
 from clo_fleet.world.vocabulary import Vocabulary
 
-__all__ = ["PlanningTask", "PlanningTaskError", "Scene", "check", "planning_task"]
+__all__ = ["BLOCKED", "PlanningTask", "PlanningTaskError", "Scene", "check", "planning_task"]
 
+BLOCKED = "blocked"  # (blocked a b): no way from room to room is open; no fact of a domain, and not the planner's
 TENTHS_PER_SECOND = 10
 
 
@@ -66,11 +67,27 @@ class Scene:
         travel: how long the way from one place to the next takes [0.1 s], for each pair of rooms that share a door
             or a zone, and from each zone to its rooms.
         skills: how long the skills take.
+        closable: whether ways may be closed: then drives need that theirs is not.
     """
 
     words: Vocabulary
     travel: Mapping[tuple[str, str], int]
     skills: SkillSettings
+    closable: bool = False
+
+    def guarded(self, action: Action) -> Action:
+        """The action with what it needs beside the domain's conditions: a drive, that its way is not blocked."""
+        if not self.closable or not self.words.is_drive(action.schema):
+            return action
+        roles = self.words.deed(action).roles
+        way = Condition((BLOCKED, roles["from"], roles["to"]), positive=False)
+        return replace(action, needs=(*action.needs, way))
+
+    def open_in(self, state: State) -> "Scene":
+        """The scene without the ways that are blocked in ``state``."""
+        blocked = {fact[1:] for fact in state if fact[0] == BLOCKED}
+        travel = {pair: cost for pair, cost in self.travel.items() if pair not in blocked}
+        return replace(self, travel=travel) if blocked else self
 
 
 def planning_task(

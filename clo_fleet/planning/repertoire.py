@@ -32,7 +32,7 @@ class Repertoire:
         key: frozenset[object] = given | frozenset(goals)
         if self._operators is None or key != self._key:
             self._key = key
-            self._operators = Operators(ground_actions(self.robot, self.scene, given), goals)
+            self._operators = Operators(map(self.scene.guarded, ground_actions(self.robot, self.scene, given)), goals)
         return self._operators
 
 

@@ -1,0 +1,156 @@
+"""Closed doors and corridors: who goes round, who waits, who hears of it, and that nobody waits for ever."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TypeVar
+
+import pytest
+
+from clo_fleet.fleet.outcome import Outcome
+from clo_fleet.planning.pool import PlannerPool
+from clo_fleet.study.run import Run, planner_pool
+from clo_fleet.testing.assertions import assert_goals_reached
+from clo_fleet.testing.buildings import rectangle, rooms_in_a_row, shipped_map
+from clo_fleet.testing.worlds import WorldBuilder
+from clo_fleet.world.disturbances import (
+    CorridorClosed,
+    CorridorOpened,
+    Disturbance,
+    DoorClosed,
+    DoorOpened,
+    RadioLost,
+)
+from clo_fleet.world.events import ActionEnded, Disturbed, PlanMended, PlanRequested, Sensed, Waiting
+from clo_fleet.world.model import BuildingMap, CorridorId, Door, DoorId, RobotId, Room, RoomId
+
+E = TypeVar("E")
+A, B, C = RoomId("a"), RoomId("b"), RoomId("c")
+RING = BuildingMap(
+    name="ring",
+    rooms=(
+        Room(A, rectangle(0, 0, 6, 5)),
+        Room(B, rectangle(6, 0, 6, 5)),
+        Room(C, rectangle(0, 5, 12, 5)),
+    ),
+    doors=(
+        Door(id=DoorId("a-b"), rooms=(A, B), position=(6, 2.5), heading=0.0, width=1.2),
+        Door(id=DoorId("a-c"), rooms=(A, C), position=(3, 5), heading=1.5708, width=1.2),
+        Door(id=DoorId("b-c"), rooms=(B, C), position=(9, 5), heading=1.5708, width=1.2),
+    ),
+)
+
+
+@pytest.fixture(scope="module")
+def planners() -> Iterator[PlannerPool]:
+    """Planner processes for all runs of this file."""
+    with planner_pool() as pool:
+        yield pool
+
+
+def finished(builder: WorldBuilder, planners: PlannerPool, *faults: Disturbance) -> Run:
+    """A run that has come to its end, closed."""
+    with Run(builder.happens(*faults).build(), planners=planners) as run:
+        run.finish()
+    return run
+
+
+def of(run: Run, kind: type[E], **fields: object) -> list[tuple[float, E]]:
+    """The events of a kind with these fields, each with its time [s]."""
+    return [
+        (time, event)
+        for _, time, event in run.log
+        if isinstance(event, kind) and all(getattr(event, name) == value for name, value in fields.items())
+    ]
+
+
+def test_who_sees_a_closed_door_goes_round_by_another_room(planners: PlannerPool) -> None:
+    """The plan's drive is blocked; a bridge leads round, without the planner."""
+    robot = WorldBuilder(RING).robot("r1", "a", wants="(at-robot r1 c)", at=(5, 1))
+    run = finished(robot, planners, DoorClosed(0.4, DoorId("a-c")))
+    assert_goals_reached(run)
+    assert of(run, Sensed, fact=("closed", "a-c"), value=True, source="sight")
+    (_, mended), *_ = of(run, PlanMended)
+    assert [name for _, name in mended.steps][-2:] == ["move(r1, a, b)", "move(r1, b, c)"]
+    assert len(of(run, PlanRequested)) == 1
+
+
+def test_who_has_no_other_way_waits_until_the_door_is_open_again(planners: PlannerPool) -> None:
+    """It says that there is no plan, sees the door open, and goes."""
+    robot = WorldBuilder(rooms_in_a_row("a", "b")).robot("r1", "a", wants="(at-robot r1 b)", at=(1, 2.5))
+    run = finished(robot, planners, DoorClosed(0.4, DoorId("a-b")), DoorOpened(60.0, DoorId("a-b")))
+    assert_goals_reached(run)
+    assert of(run, Waiting, robot="r1", why="no plan exists as things are believed")
+    assert [time for time, _ in of(run, Sensed, fact=("closed", "a-b"), value=False)] == [60.0]
+    assert 60.0 < run.time < 75.0
+
+
+def test_a_door_that_stays_closed_ends_the_run_as_no_plan(planners: PlannerPool) -> None:
+    """Nobody tries for ever."""
+    robot = WorldBuilder(rooms_in_a_row("a", "b")).robot("r1", "a", wants="(at-robot r1 b)", at=(1, 2.5))
+    run = finished(robot, planners, DoorClosed(0.4, DoorId("a-b")))
+    assert run.result().outcome == Outcome.NO_PLAN.value
+    assert run.time < 100.0
+
+
+FAR = DoorId("c-d")
+
+
+def far_away(planners: PlannerPool, *faults: Disturbance) -> Run:
+    """r1 in room a is to go to d, three rooms on; r2 stands in d, beside the door that is closed."""
+    builder = WorldBuilder(rooms_in_a_row("a", "b", "c", "d")).robot("r1", "a", wants="(at-robot r1 d)", at=(1, 2.5))
+    builder.robot("r2", "d", at=(22, 4), wants="(at-robot r2 d)")
+    return finished(builder, planners, DoorClosed(0.4, FAR), *faults)
+
+
+def test_a_closed_door_is_heard_of_by_radio(planners: PlannerPool) -> None:
+    """Who is far away learns it from who sees it, and likewise that it is open again."""
+    run = far_away(planners, DoorOpened(15.0, FAR))
+    assert_goals_reached(run)
+    heard = [(time, event.value) for time, event in of(run, Sensed, robot="r1", fact=("closed", FAR), source="radio")]
+    assert heard == [(0.4, True), (15.0, False)]
+    assert of(run, Waiting, robot="r1", why="no plan exists as things are believed")
+
+
+def test_without_radio_a_robot_finds_the_closed_door_by_itself(planners: PlannerPool) -> None:
+    """It drives as planned, and sees it from the room before."""
+    run = far_away(planners, RadioLost(0.2, RobotId("r1")), DoorOpened(40.0, FAR))
+    assert_goals_reached(run)
+    assert of(run, ActionEnded, action="move(r1, b, c)", ending="finished")
+    assert of(run, Sensed, robot="r1", fact=("closed", FAR), value=True, source="sight")
+    assert not of(run, Sensed, robot="r1", source="radio")
+
+
+def test_what_was_heard_to_be_closed_is_tried_again(planners: PlannerPool) -> None:
+    """Nobody tells the robot that the door is open again; after a while it goes and looks."""
+    run = far_away(planners, RadioLost(1.0, RobotId("r1")), DoorOpened(4.0, FAR))
+    assert_goals_reached(run)
+    assert of(run, Waiting, robot="r1", why="no plan exists as things are believed")
+    assert 20.0 < run.time < 60.0
+
+
+def test_a_closed_corridor_is_waited_for(planners: PlannerPool) -> None:
+    """The only corridor is closed before anybody is in it; who wants through it waits in the room."""
+    builder = WorldBuilder(shipped_map("hello")).robot("r1", "west", wants="(at-robot r1 east)", at=(1, 1))
+    run = finished(builder, planners, CorridorClosed(0.4, CorridorId("hall")), CorridorOpened(40.0, CorridorId("hall")))
+    assert_goals_reached(run)
+    assert 40.0 < run.time < 100.0
+
+
+def test_what_is_so_already_has_no_effect(planners: PlannerPool) -> None:
+    """A random closing may hit what is closed; the log says that nothing came of it."""
+    robot = WorldBuilder(RING).robot("r1", "a", wants="(at-robot r1 b)")
+    world = replace(robot.build(), disturbances=(DoorOpened(0.2, DoorId("a-c")), *[DoorClosed(0.4, DoorId("a-c"))] * 2))
+    with Run(world, planners=planners) as run:
+        run.finish()
+    assert [event.effect for _, event in of(run, Disturbed)] == [False, True, False]
+
+
+def test_a_run_with_closures_is_repeatable_and_its_state_is_plain(planners: PlannerPool) -> None:
+    """Beliefs about doors are in the state; two runs agree event by event."""
+    assert far_away(planners, DoorOpened(15.0, FAR)).log == far_away(planners, DoorOpened(15.0, FAR)).log
+    builder = WorldBuilder(RING).robot("r1", "a", wants="(at-robot r1 c)").happens(DoorClosed(0.4, DoorId("a-c")))
+    with Run(builder.build(), planners=planners) as run:
+        run.step(5)
+        state = json.loads(json.dumps(run.mission.state()))
+        assert [*state["disturbances"]["closures"]["believed"]["r1"]] == ["a-c"]
