@@ -235,8 +235,7 @@ class Deliberation:
                 continue
             data.unknown.discard(flip.fact)
             (data.beliefs.add if flip.value else data.beliefs.discard)(flip.fact)
-            effects = (running.action.adds if flip.value else running.action.deletes) if running else ()
-            if flip.fact not in effects:
+            if running is None or not _brought_about(running.action, flip):
                 news[flip.fact] = flip.cause
         return news
 
@@ -294,6 +293,13 @@ class Deliberation:
             actions=self.actions,
             next_id=data.next_step,
         )
+
+
+def _brought_about(action: Action, flip: Flip) -> bool:
+    """Whether this is the running action's doing, or may be: what another's action has made true is not."""
+    if not flip.value:
+        return flip.fact in action.deletes
+    return flip.fact in action.adds and (flip.cause is None or flip.cause.action == action.name)
 
 
 def under_way(step: Step) -> Step:

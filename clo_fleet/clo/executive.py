@@ -8,8 +8,9 @@ this) and decisions (this is why), in order. ``TRANSITIONS`` lists which events 
 raises and changes nothing.
 
 A surprise is a fact that differs from what was believed and from what the running action is about to bring
-about. Surprises go to the strategy, which keeps the plan, repairs it or asks for a new one. After every event
-the executive *advances*: the goals hold, or the next step starts, or it waits and says for what.
+about; what another's action has brought about in its place is one. Surprises go to the strategy, which keeps
+the plan, repairs it or asks for a new one. After every event the executive *advances*: the goals hold, or the
+next step starts, or it waits and says for what.
 
 Three things keep robots from tripping over one another. A step whose work another robot has in hand and
 announced is *suspended*: it stays in the plan, is not started, and is dropped when the promise comes true.

@@ -239,6 +239,24 @@ def test_expected_effects_are_no_surprise() -> None:
     assert started(robot.finish()) == ["prepare(o1, l1)"]
 
 
+def test_what_another_does_in_place_of_the_running_action_is_a_surprise() -> None:
+    """Somebody prepares what the robot is preparing: it stops, and goes on with the next step."""
+    robot = Script()
+    robot.begin(*PLAN)
+    robot.finish()
+    running = robot.executive.running
+    assert running is not None
+    own = Flip(("prepared", "o1"), True, Cause("r1", running.action.name, 5))
+    assert robot.tell(Observed(2, (own,))) == []
+    robot = Script()
+    robot.begin(*PLAN)
+    robot.finish()
+    other = Flip(("prepared", "o1"), True, Cause("r2", "prepare(r2, o1, l1)", 7))
+    (stop,) = robot.tell(Observed(2, (other,)))
+    assert isinstance(stop, CancelAction)
+    assert started(robot.cancelled()) == ["grasp(o1, l1)"]
+
+
 def test_robot_that_has_left_is_still_moving() -> None:
     """Its action has ended the condition itself: that is no reason to cancel it, nor to plan without it."""
     robot = Script(Replan())
