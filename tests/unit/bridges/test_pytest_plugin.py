@@ -1,7 +1,9 @@
 """The plugin in the projects of others: it costs nothing unused, closes what tests leave open, and reads well."""
 
+import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -19,6 +21,20 @@ def test_loading_it_imports_next_to_nothing() -> None:
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     loaded = set(done.stdout.split())
     assert loaded == {"clo_fleet", "clo_fleet.bridges", "clo_fleet.bridges.pytest_plugin"}
+
+
+def test_it_is_loaded_once_whichever_way(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Installed, by ``-p``, or both: the entry point has the module's name, under which pytest knows it already."""
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (point,) = project["entry-points"]["pytest11"].items()
+    installed = pytester.mkdir("installed") / "other-0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: other\nVersion: 0\n")
+    (installed / "entry_points.txt").write_text(f"[pytest11]\n{point[0]} = {point[1]}\n")
+    monkeypatch.setenv("PYTHONPATH", str(installed.parent), prepend=os.pathsep)
+    pytester.makepyfile("def test_it(fleet_world, run_fleet): pass")
+    for arguments in ((), PLUGIN):
+        pytester.runpytest_subprocess(*arguments, "-W", "error").assert_outcomes(passed=1)
 
 
 def test_another_project_asserts_about_its_fleet_without_a_world_file(pytester: pytest.Pytester) -> None:
