@@ -33,6 +33,7 @@ from clo_fleet.clo.messages import (
 )
 from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.fleet.announcements import Announcement, in_hand_facts
+from clo_fleet.fleet.attention import Attention
 from clo_fleet.fleet.decisions import changes_plan, decision_told, plan_linked
 from clo_fleet.fleet.hearsay import Hearsay
 from clo_fleet.fleet.inboxes import Inboxes, in_order
@@ -49,7 +50,7 @@ from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.events import Recorder, credit
-from clo_fleet.world.model import PerceptionMode, Point, RobotId, World
+from clo_fleet.world.model import Point, RobotId, World
 
 __all__ = ["Conversation"]
 
@@ -84,7 +85,7 @@ class Conversation:
         self._meetings = Meetings(site, truth.words, questions, self._hearsay)
         self._givers = tuple(robot for robot in robots.values() if self._meetings.gifts(robot))
         self._takers = {taker for robot in self._givers for taker in self._meetings.gifts(robot)}
-        self._dull: set[RobotId] = set()  # vehicles of which nothing has changed since they last looked
+        self._attention = Attention(world, site, truth.words, robots, self.senses)
 
     def begin(self) -> None:
         """The first plans: first of robots that work for themselves, then of those that are to meet others.
@@ -108,26 +109,23 @@ class Conversation:
 
     def put(self, robot: RobotId, event: Event) -> None:
         """Something for the robot's executive, to be told when the tick is over."""
-        self._dull.discard(robot)
+        self._attention.wake(robot)
         self._inboxes.put(robot, event)
 
     def note(self, facts: Iterable[Fact]) -> None:
         """These facts have turned true or false: the robots that they are about look again, and may tell others."""
-        words = self._words
+        facts = tuple(facts)
+        self._attention.note(facts)
         for fact in facts:
-            if own := words.read(fact, SensorKind.PLACE) or words.read(fact, SensorKind.HOLDING):
-                self._dull.discard(RobotId(own[0]))
+            if own := self._words.read(fact, SensorKind.PLACE) or self._words.read(fact, SensorKind.HOLDING):
                 self._inboxes.stir(RobotId(own[0]))
-            else:
-                self._dull.clear()  # it may be in sight of any of them: of a load, or of the whole building
 
     def perceive(self) -> None:
         """Every robot looks at the same snapshot; what is new to it, it also tells."""
-        for robot in self._robots.values():
-            if robot.id in self._dull:
-                continue
-            beliefs = robot.executive.beliefs
-            watch = robot.executive.watch
+        looked = self.senses.looked
+        for robot in self._attention.looking():
+            before = looked.get(robot.id, 0)
+            beliefs, watch = robot.executive.beliefs, robot.executive.watch
             seen = self.senses.sight(robot.id, beliefs, watch, self.time, blind=robot.blind)
             fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
@@ -135,8 +133,7 @@ class Conversation:
             self._hearsay.learnt(robot.id, seen, self.time)
             self._hearsay.did(robot.id, own := self._effects(robot), self.time)
             self.radio.tell(self.time, robot.id, (*flips, *own), self._point)
-            if self._site.in_corridor(robot.id) and self._world.perception.mode is not PerceptionMode.FULL:
-                self._dull.add(robot.id)  # it sees nothing new in there until something changes about it
+            self._attention.rest(robot, looked.get(robot.id, 0) - before)
         for announcement in self._hearsay.to_repeat(self.time):
             self.radio.announce(self.time, self._hearsay.say(announcement, self.time), self._point)
         self._listen()
@@ -367,7 +364,7 @@ class Conversation:
         commands = robot.executive.handle(event)
         self.wall_deciding[robot.id] += clock.perf_counter() - begin
         self._interests.renew(robot.id)
-        self._dull.discard(robot.id)
+        self._attention.wake(robot.id)
         for command in commands:
             self._obey(robot, command, reply)
         if any(map(changes_plan, commands)):

@@ -59,6 +59,7 @@ __all__ = [
     "NetworkRefusedError",
 ]
 
+HELD = -1  # for the index of the edge on which a robot holds at its door
 FOR_EVER = 1e8  # [s]
 STANDING = 0.05  # [m/s]
 STANDING_TIME = 1.0  # [s] of standing before a robot counts as waiting
@@ -94,6 +95,7 @@ class Corridors:
         self._vehicles: dict[RobotId, Vehicle] = {}
         self._entered: tuple[RobotId, ...] = ()
         self._stopped: tuple[RobotId, ...] = ()
+        self._clear_on: dict[RobotId, int] = {}  # SUMO's index of the edge that each is on with all of its length
         self._lanes: Nearby | None = None  # those on crossings included
         self._known_to_sumo: set[str] = set()
         self._types: set[str] = set()
@@ -233,6 +235,7 @@ class Corridors:
         with self._sumo(f"remove robot {robot!r}") as sumo:
             sumo.vehicle.remove(robot)
         del self._vehicles[robot]
+        self._clear_on.pop(robot, None)
         return pose
 
     def pose(self, robot: RobotId) -> Pose:
@@ -281,6 +284,24 @@ class Corridors:
                 number -= 1
         return vehicle.route.edges[number:]
 
+    def moved_on(self) -> dict[RobotId, tuple[str, ...]]:
+        """``lanes_left`` of those robots on their way that may have left a lane since this was last asked, sorted.
+
+        All that it takes for the others is to look at how far they are on their routes.
+        """
+        moved: dict[RobotId, tuple[str, ...]] = {}
+        with self._sumo("follow the robots") as sumo:
+            for robot, vehicle in sorted(self._vehicles.items()):
+                if vehicle.phase is Phase.ASKED:
+                    continue
+                held = vehicle.phase is Phase.HOLDING
+                index = HELD if held else sumo.vehicle.getRouteIndex(robot)
+                if self._clear_on.get(robot) != index:
+                    moved[robot] = left = self.lanes_left(robot)
+                    if held or len(left) <= len(vehicle.route.edges) - _number(sumo, robot, vehicle):
+                        self._clear_on[robot] = index  # with its tail as well
+        return moved
+
     def turning_point(self, robot: RobotId) -> str | None:
         """The edge on which a robot drives, if it could still turn off at the end of it; ``None`` else."""
         vehicle = self._vehicle(robot)
@@ -304,6 +325,7 @@ class Corridors:
             CorridorsMisuseError: if the robot is not on its way, or not where the route says.
         """
         vehicle = self._vehicle(robot)
+        self._clear_on.pop(robot, None)
         with self._sumo(f"divert robot {robot!r}") as sumo:
             number = _number(sumo, robot, vehicle) if vehicle.phase is Phase.DRIVING else -1
             if number < 0 or route.edges[: number + 1] != vehicle.route.edges[: number + 1]:

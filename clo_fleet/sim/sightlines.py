@@ -43,6 +43,15 @@ class Sightlines:
         clear = shapely.covers(self._floor, lines)
         return tuple(bool(both) for both in clear & np.asarray(near))
 
+    def plain_within(self, reach: float) -> bool:
+        """Whether everything inside is seen from everywhere inside, with such a range of sight [m]."""
+        left, low, right, high = self._inside.bounds
+        return self._plain and math.hypot(right - left, high - low) <= reach
+
+    def inside(self, point: Point) -> bool:
+        """Whether the point is on the floor within the walls, not in a doorway."""
+        return bool(shapely.contains_xy(self._inside, *point))
+
     @cached_property
     def spots(self) -> tuple[Point, ...]:
         """Points all over the floor, row by row: who has seen them all has seen the room."""

@@ -91,6 +91,7 @@ class Site:
         self._object_place = {spec.id: (spec.position, spec.room) for spec in self._objects.values()}
         self._lying: dict[RoomId, list[ObjectId]] = {}
         self._standing: dict[RoomId, list[RobotId]] = {}
+        self.stirred: set[RoomId] = set()  # the rooms to which something came, or from which it went, in the last step
         self._note_who_is_where()
 
     def __enter__(self) -> Self:
@@ -344,7 +345,7 @@ class Site:
         for robot, pose in self.rooms.poses().items():
             self._place[robot] = self._place_at(pose.point, self._place[robot])
         self._note_who_is_where()
-        self.traffic.step(self._vehicle, self._standing)
+        self.traffic.step(self._standing)
         return entered
 
     def state(self) -> dict[str, Any]:
@@ -391,6 +392,7 @@ class Site:
     # ---- private -------------------------------------------------------------------------------------------
 
     def _note_who_is_where(self) -> None:
+        before = (self._lying, self._standing)
         self._lying, self._standing = {}, {}
         for item in self._objects:
             if (place := self.item_place(item)) is not None:
@@ -398,6 +400,7 @@ class Site:
         for robot in self._robots:
             if (room := self.floor(robot)) is not None:
                 self._standing.setdefault(room, []).append(robot)
+        self.stirred = _differing(before[0], self._lying) | _differing(before[1], self._standing)
 
     def _place_at(self, point: Point, last: PlaceId) -> PlaceId:
         """The place of a robot's centre that was in ``last`` a tick ago: out of a room is through its door."""
@@ -427,6 +430,10 @@ class Site:
         if in_room(self._room[last], point):
             return last
         return next((room.id for room in self.building.rooms if in_room(room, point)), last)
+
+
+def _differing(before: Mapping[RoomId, object], now: Mapping[RoomId, object]) -> set[RoomId]:
+    return {room for room in before.keys() | now.keys() if before.get(room) != now.get(room)}
 
 
 def _zones_of_doors(building: BuildingMap) -> dict[DoorId, PlaceId]:

@@ -117,11 +117,10 @@ class Traffic:
         """Why the robot does not have the right of way for which it asked."""
         return self.right_of_way.hindrance(robot)
 
-    def step(self, vehicles: Iterable[RobotId], standing: Standing) -> None:
+    def step(self, standing: Standing) -> None:
         """Take back the lanes that robots have left, and let those set out who now may."""
-        for robot in sorted(vehicles):
-            assert self._corridors is not None, "vehicles are in corridors"
-            self.right_of_way.left(robot, self._corridors.lanes_left(robot))
+        for robot, lanes in self._corridors.moved_on().items() if self._corridors is not None else ():
+            self.right_of_way.left(robot, lanes)
         self.right_of_way.decide(standing)
 
     def divert(self, robot: RobotId, route: Route, start: RoomId, doors: Iterable[Door]) -> Route | None:

@@ -42,7 +42,10 @@ class Truth:
         self._causes: dict[Fact, Cause | None] = {}
         for fact in sorted(words.beginning):
             self._set(fact, True)
-        self._facts = self._derive()
+        self._known: dict[str, tuple[Fact, ...]] = {}  # where each robot and each object is
+        self._seen_effects: frozenset[Fact] = frozenset()
+        self._facts: frozenset[Fact] = frozenset()
+        self._renew()
 
     @property
     def facts(self) -> frozenset[Fact]:
@@ -88,9 +91,8 @@ class Truth:
         """Derive the facts anew; the changes, sorted. ``running``: the action of each robot that has one."""
         for fact in list(self._anchors):
             self._follow(fact)
-        before, self._facts = self._facts, self._derive()
         flips = []
-        for fact in sorted(before ^ self._facts):
+        for fact in sorted(self._renew()):
             cause = self._cause_of(fact, running)
             self._causes[fact] = cause
             flips.append(Flip(fact, fact in self._facts, cause))
@@ -111,15 +113,28 @@ class Truth:
         self._effects = set(read_facts(state["effects"]))
         self._anchors = {tuple(fact): (at[0], at[1]) if at else None for fact, at in state["anchors"]}
         self._causes = {tuple(fact): read_cause(cause) for fact, cause in state["causes"]}
-        self._facts = self._derive()
+        self._renew()
 
-    def _derive(self) -> frozenset[Fact]:
-        facts = set(self._effects)
+    def _renew(self) -> frozenset[Fact]:
+        """Derive the facts anew; those that have changed. Only what moved or came about costs more than a look."""
+        changed: set[Fact] = set()
+        if self._effects != self._seen_effects:
+            changed |= self._effects ^ self._seen_effects
+            self._seen_effects = frozenset(self._effects)
         for robot in self._robots:
-            facts.update(self.words.facts(SensorKind.PLACE, robot, self._site.place(robot)))
+            self._place(robot, self.words.facts(SensorKind.PLACE, robot, self._site.place(robot)), changed)
         for item in self._objects:
-            facts.update(self._whereabouts(item))
-        return frozenset(facts)
+            self._place(item, self._whereabouts(item), changed)
+        if changed:
+            self._facts ^= changed
+        return frozenset(changed)
+
+    def _place(self, name: str, now: tuple[Fact, ...], changed: set[Fact]) -> None:
+        """Note where something is now, and which facts have changed by that."""
+        before = self._known.get(name, ())
+        if now != before:
+            self._known[name] = now
+            changed.symmetric_difference_update({*before} ^ {*now})
 
     def _whereabouts(self, item: ObjectId) -> tuple[Fact, ...]:
         """Where the object is at this moment: on a floor or in a hand; nothing if it is gone."""
