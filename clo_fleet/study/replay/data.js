@@ -92,9 +92,9 @@ class Run {
     return state;
   }
 
-  waiting(robot, time) { // why it waits, or ""
+  waiting(robot, time) { // {why, on}: why it waits, or "", and for which robots
     const entries = this.waits.get(robot) || [], n = upTo(entries, time);
-    return n ? entries[n - 1][1] : "";
+    return n ? { why: entries[n - 1][1], on: entries[n - 1][2] } : { why: "", on: [] };
   }
 
   plan(robot, time) { // {steps: [{id, name, state, when, why}], links, watch, action}; the same object until it changes

@@ -180,9 +180,11 @@ class Drawing {
   drawWaits(context, time) { // who waits for whom: a dashed arrow
     context.setLineDash([4, 4]); context.strokeStyle = this.ink.text; context.lineWidth = 1.5;
     for (const robot of this.run.robots) {
-      const found = /robot (\S+)/.exec(this.run.waiting(robot, time)), here = this.poses.get(robot);
-      const there = found && this.poses.get(found[1]);
-      if (here && there) this.arrow(context, this.at(here.x, here.y), this.at(there.x, there.y), 0);
+      const here = this.poses.get(robot);
+      for (const other of here ? this.run.waiting(robot, time).on : []) {
+        const there = this.poses.get(other);
+        if (there) this.arrow(context, this.at(here.x, here.y), this.at(there.x, there.y), 0);
+      }
     }
     context.setLineDash([]);
   }

@@ -21,7 +21,7 @@ class Panel {
 
   show(time) {
     const plan = this.run.plan(this.robot, time);
-    const waits = this.run.waiting(this.robot, time);
+    const waits = this.run.waiting(this.robot, time).why;
     const doing = `${plan.action || (plan.steps.length ? "does nothing" : "has no plan yet")}${waits ? `, waits for ${waits}` : ""}`;
     if (this.parts.doing.textContent !== doing) this.parts.doing.textContent = doing;
     if (plan !== this.shown) { this.shown = plan; this.showPlan(plan); this.showWatch(plan.watch); }

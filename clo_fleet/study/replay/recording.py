@@ -9,7 +9,7 @@ A piece is plain data for JSON:
 | `plans`   | by robot: what happened to its plan, in order, each ``[t, what, ...]``                                   |
 | `objects` | by object: ``[t, "prepared", bool]`` and ``[t, "held", bool, robot]``                                    |
 | `helps`   | ``[t, helper, helped, fact, names of the dropped steps]``                                                |
-| `waits`   | by robot: ``[t, why]``, an empty reason when it goes on                                                  |
+| `waits`   | by robot: ``[t, why, for whom]``, an empty reason when it goes on                                        |
 | `marks`   | the events to jump to: ``[t, kind, robot or null, text]``                                                |
 | `outcome` | ``[outcome, why]`` once the run has ended, else null                                                     |
 
@@ -20,7 +20,7 @@ last ones first).
 
 import base64
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 __all__ = ["piece"]
@@ -124,7 +124,7 @@ class _Piece:
             self._object(arguments[1], event, "held", event["value"], arguments[0])
 
     def _waiting(self, event: Event) -> None:
-        self._wait(event, event["why"])
+        self._wait(event, event["why"], event.get("on", ()))
 
     def _offer_made(self, event: Event) -> None:
         self._mark(event, "offer", f"{event['robot']} offers {event['object']} to {event['to']}")
@@ -157,10 +157,10 @@ class _Piece:
     def _object(self, item: str, event: Event, what: str, *more: Any) -> None:
         self._objects.setdefault(item, []).append([event["t"], what, *more])
 
-    def _wait(self, event: Event, why: str) -> None:
+    def _wait(self, event: Event, why: str, on: Sequence[str] = ()) -> None:
         waits = self._waits.setdefault(event["robot"], [])
-        if not waits or waits[-1][1] != why:
-            waits.append([event["t"], why])
+        if not waits or waits[-1][1:] != [why, list(on)]:
+            waits.append([event["t"], why, list(on)])
 
     def _mark(self, event: Event, what: str, text: str) -> None:
         self._marks.append([event["t"], what, event.get("robot"), text])
