@@ -47,5 +47,5 @@ class Journeys:
         """``last``: the last tick that it has slept through."""
         if robot in self._since:
             tick, odometer = self._since.pop(robot)
-            way = self._site.odometer(robot) - odometer
+            way = round(self._site.odometer(robot) - odometer, 6)  # SUMO loads its last digits a little differently
             self._robots[robot].measure_journey(self._site, (last - tick) * self._site.tick, way)

@@ -140,7 +140,8 @@ class Robot:
     def measure_journey(self, site: Site, seconds: float, distance: float) -> None:
         """Count the time [s] and the way [m] of a journey that nobody looked at."""
         travelling = round(self.meters.travelling + seconds, 9)
-        self.meters = replace(self.meters, travelling=travelling, distance=self.meters.distance + distance)
+        way = round(self.meters.distance + distance, 6)  # the same sum in however many parts a journey is told
+        self.meters = replace(self.meters, travelling=travelling, distance=way)
         self._last = site.pose(self.id).point
 
     @property

@@ -18,6 +18,7 @@ __all__ = ["FLOOR", "SPACE", "ChainWay", "Ground", "ground", "lane_capacity", "p
 
 SPACE = 1.1  # [m] of lane that a standing robot takes: its 0.8 m as a vehicle, and the gap of 0.3 m to the next
 STOP_LINE = 0.2  # [m] before the end of a lane that robots may leave free
+LEAST_PLACES = 2
 FLOOR = 1.0  # [m2] of floor for each robot in a room: discs of 0.6 m that can still get round one another
 NARROW = 0.01  # [m] narrower than a wide door
 DOORSTEP = 3.0  # [m2] of floor in front of each door that stays free
@@ -82,8 +83,11 @@ def passages(building: BuildingMap) -> list[Door]:
 
 
 def _places(room: Room, doors: int) -> int:
+    """Two at least: who is to hand something over has to come to where the other is."""
     blocked = sum(float(shapely.Polygon(obstacle).area) for obstacle in room.obstacles)
-    return max(1, math.floor((float(shapely.Polygon(room.outline).area) - blocked - DOORSTEP * doors) / FLOOR))
+    return max(
+        LEAST_PLACES, math.floor((float(shapely.Polygon(room.outline).area) - blocked - DOORSTEP * doors) / FLOOR)
+    )
 
 
 def _chain_ways(building: BuildingMap) -> dict[str, ChainWay]:

@@ -28,6 +28,7 @@ SENTENCES: Mapping[str, str] = MappingProxyType(
         "object_returned": "somebody brought {} back",
         "object_prepared": "somebody prepared {}",
         "object_dropped": "{} was dropped",
+        "fact_turned": "{} changed by itself",
         "robot_slowed": "{} became slow",
         "robot_recovered": "{} is as fast as before",
         "robot_broken": "{} broke down",

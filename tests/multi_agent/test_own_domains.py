@@ -31,10 +31,10 @@ def helps(result: RunResult) -> set[tuple[str, str, str]]:
 
 @pytest.mark.parametrize("strategy", ["clo", "clo-improve"])
 def test_what_a_person_told_one_robot_the_other_need_not_ask(strategy: str) -> None:
-    """Both ask Ann; each answer that r2 gets, r1 hears of and leaves out, and it asks what is left."""
+    """Both ask Ann; what r2 has asked r1 leaves out, or stops asking, and it asks what is left."""
     _, result = played(world("dialog"), strategy)
-    assert {("r2", "r1", "(answered ann name)"), ("r2", "r1", "(answered ann job)")} <= helps(result)
-    assert result.robots["r1"].executed == 6
+    assert ("r2", "r1", "(answered ann name)") in helps(result)
+    assert (result.robots["r1"].executed, result.robots["r1"].cancelled) == (6, 2)
     assert result.robots["r1"].planner_calls == 1
 
 
@@ -46,15 +46,18 @@ def test_the_cuts_of_one_cook_are_the_others_too() -> None:
 
 
 def test_an_effect_comes_with_the_end_of_its_action_and_by_nothing_else() -> None:
-    """Every answer is the doing of one `ask` that finished in that tick, after it had taken its time."""
+    """Every answer but those that Cem gives unasked is the doing of one `ask`, finished then, after its time."""
     run, _ = played(world("dialog"))
     log = run.log
     answers = [
         (time, event) for _, time, event in log if isinstance(event, FactChanged) and event.fact[0] == "answered"
     ]
-    assert len(answers) > 6
+    unasked = [(time, event.fact) for time, event in answers if event.cause is None]
+    assert unasked == [(40.0, ("answered", "cem", "age")), (40.0, ("answered", "cem", "name"))]
+    assert len(answers) > 8
     for time, event in answers:
-        assert event.cause is not None
+        if event.cause is None:
+            continue
         _, started, start = log[event.cause]
         assert isinstance(start, ActionStarted)
         assert start.action.startswith(f"ask({event.by}, {event.fact[1]}, {event.fact[2]}, ")

@@ -131,12 +131,12 @@ def test_a_run_that_was_cut_short_is_shown_as_far_as_it_got(folder: Path, tmp_pa
 
 
 def test_a_robot_that_waits_says_for_whom_until_it_goes_on() -> None:
-    """Once for each reason; the end of an action ends it."""
+    """Once for each reason; the next action ends it."""
     events: list[dict[str, Any]] = [
         {"t": 1.0, "kind": "waiting", "robot": "r1", "why": "door d, after robot r2", "on": ["r2"]},
         {"t": 2.0, "kind": "waiting", "robot": "r1", "why": "door d, after robot r2", "on": ["r2"]},
         {"t": 3.0, "kind": "waiting", "robot": "r1", "why": "door d, after robot r3", "on": ["r3"]},
-        {"t": 4.0, "kind": "action_ended", "robot": "r1", "step": 1, "action": "a()", "ending": "finished", "reason": ""},
+        {"t": 4.0, "kind": "action_started", "robot": "r1", "step": 1, "action": "a()"},
     ]
     waits = [[1.0, "door d, after robot r2", ["r2"]], [3.0, "door d, after robot r3", ["r3"]], [4.0, "", []]]
     assert piece(events)["waits"] == {"r1": waits}
