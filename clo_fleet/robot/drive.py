@@ -193,6 +193,13 @@ class Drive:
     def _pass_out(self, body: Body) -> Progress:
         here = body.site.pose(body.id).point
         if math.dist(here, self.line[-1]) < HAND_OVER:
+            assert self.course is not None
+            other = body.site.course(body.id, self.start, self.goal, self.out) if body.site.traffic.shut else None
+            course = body.site.traffic.still_open(body.id, self.start, self.goal, self.course, other)
+            if course is None:  # closed in the last moment: here it can wait, but not turn round
+                shut = standing(Wait(WaitCause.CLOSED, ", ".join(body.site.traffic.closed())))
+                return replace(shut, velocity=follow(body.site, body.spec, self.line, ahead=AHEAD), direct=True)
+            self.course = course
             body.site.depart(body.id, self._route())
             door = _door(body.site, self.out)
             if is_wide(door):

@@ -113,6 +113,19 @@ class Traffic:
             self.right_of_way.decide(standing)
         return self.right_of_way.granted(robot)
 
+    def still_open(
+        self, robot: RobotId, start: RoomId, goal: RoomId, course: Course, other: Course | None
+    ) -> Course | None:
+        """The course for which the robot has the right of way, or the other if something on it was closed since then.
+
+        The other has to begin with the same lane. ``None``: it cannot have that now.
+        """
+        if not any(map(self.right_of_way.closed, course.lanes)):
+            return course
+        if other is None or other.lanes[:1] != course.lanes[:1]:
+            return None
+        return other if self.right_of_way.exchange(robot, Claim(start, goal, other.lanes)) else None
+
     def hindrance(self, robot: RobotId) -> Hindrance | None:
         """Why the robot does not have the right of way for which it asked."""
         return self.right_of_way.hindrance(robot)
