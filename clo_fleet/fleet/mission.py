@@ -45,6 +45,7 @@ from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.chance import varied
 from clo_fleet.world.events import EVENTS_FORMAT, Recorder, credit
 from clo_fleet.world.model import Pose, RobotId, RobotSpec, World
@@ -119,7 +120,10 @@ class Mission:
         self._truth = Truth(self._site, self._words)
         self._avoidance = Avoidance()
         specs = sorted(world.robots, key=lambda spec: spec.id)
-        self._robots = {spec.id: self._robot(spec, state["robots"][spec.id] if state else None) for spec in specs}
+        of_all = self._truth.of_all
+        self._robots = {
+            spec.id: self._robot(spec, of_all, state["robots"][spec.id] if state else None) for spec in specs
+        }
         self._conversation = Conversation(world, self._site, self._truth, self._robots, self._recorder, self._questions)
         self._conversation.time = self.time
         goals = frozenset(goal for spec in world.robots for goal in spec.goals)
@@ -144,10 +148,11 @@ class Mission:
         if state:
             self._disturbances.restore(state["disturbances"])
 
-    def _robot(self, spec: RobotSpec, state: Mapping[str, Any] | None) -> Robot:
+    def _robot(self, spec: RobotSpec, of_all: frozenset[Fact], state: Mapping[str, Any] | None) -> Robot:
         actions = Repertoire(spec.id, self._questions.scene)
         if state is None:
-            executive = Executive(self._strategy, self._truth.facts, goals_of(spec.goals), actions)
+            beliefs = of_all.union(self._words.facts(SensorKind.PLACE, spec.id, self._site.place(spec.id)))
+            executive = Executive(self._strategy, beliefs, goals_of(spec.goals), actions)
             return Robot(spec, executive, seed=self.world.seed)
         robot = Robot(spec, Executive.from_state(self._strategy, state["executive"], actions), seed=self.world.seed)
         robot.restore(state)

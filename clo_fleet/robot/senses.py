@@ -74,7 +74,7 @@ class Senses:
     def _of_itself(self, robot: RobotId, beliefs: frozenset[Fact]) -> Seen:
         """Where the robot is, and what it has in hand."""
         site, truth = self._site, self._truth
-        own = sorted(fact for fact in beliefs if _own(fact, robot, truth.words))
+        own = sorted(fact for fact in beliefs if robot in fact and _own(fact, robot, truth.words))
         seen = {fact: fact in truth.facts for fact in own}
         place, carried = site.place(robot), site.rooms.carried(robot)
         if site.is_room(place):
@@ -99,7 +99,8 @@ class Senses:
         attended = self._attended(robot, beliefs, watch)
         seen = {fact: value for fact, value in self._of_room(robot, room, beliefs).items() if fact in attended}
         words = self._truth.words
-        missed = {fact for fact in beliefs if words.read(fact, SensorKind.POSITION)[1:] == (room,) and fact in attended}
+        there = (fact for fact in beliefs if room in fact and words.read(fact, SensorKind.POSITION)[1:] == (room,))
+        missed = {fact for fact in there if fact in attended}
         missed -= seen.keys()
         if missed and self._overlooked(robot, room):
             seen |= dict.fromkeys(sorted(missed), False)
@@ -137,7 +138,7 @@ class Senses:
         words, truth = self._truth.words, self._truth.effects
         facts = {fact for name in names for fact in words.effects_on(name)}
         facts.update(fact for fact in truth if words.seen_at(fact) in names)
-        facts.update(fact for fact in beliefs if words.seen_at(fact) in names)
+        facts.update(fact for fact in beliefs if words.is_effect(fact) and words.seen_at(fact) in names)
         return {fact: fact in truth for fact in sorted(facts)}
 
     def _attended(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch) -> Watch:
@@ -170,8 +171,12 @@ class Senses:
 def consequences(seen: Seen, beliefs: frozenset[Fact], words: Vocabulary) -> Seen:
     """The facts seen, and the beliefs that they rule out: an object is in one place or one hand."""
     where = {item: fact for fact, value in seen.items() if value and (item := words.item(fact))}
+    if not where:
+        return seen
     ruled_out = {
-        fact: False for fact in sorted(beliefs) if (item := words.item(fact)) and where.get(item, fact) != fact
+        fact: False
+        for fact in sorted(fact for fact in beliefs if not where.keys().isdisjoint(fact))
+        if (item := words.item(fact)) and where.get(item, fact) != fact
     }
     return ruled_out | seen
 

@@ -53,6 +53,11 @@ class Truth:
         return self._facts
 
     @property
+    def of_all(self) -> frozenset[Fact]:
+        """The facts that hold, but for where robots are: that matters to each of itself alone. Linear in the facts."""
+        return frozenset(fact for fact in self._facts if not self.words.read(fact, SensorKind.PLACE))
+
+    @property
     def effects(self) -> frozenset[Fact]:
         """The effects that hold at this moment."""
         return frozenset(self._effects)
