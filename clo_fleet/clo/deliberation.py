@@ -77,7 +77,8 @@ class Deliberation:
                 return self.follow(revision)
             running = self.running
             over = running is None or apply(data.beliefs, running.action) == data.beliefs
-            return [] if over else self.stop("the goals hold already")
+            goal = next((goal.fact for goal in data.goals if data.news.get(goal.fact) is not None), None)
+            return [] if over else self.stop("the goals hold already", goal)
         if data.satisfied:
             data.satisfied = False
             data.relapses += 1
@@ -114,7 +115,7 @@ class Deliberation:
         groups: dict[tuple[Fact | None, str], list[Step]] = {}
         for drop in drops:
             if drop.step.id == data.running:
-                commands += self.stop(drop.reason.value)
+                commands += self.stop(drop.reason.value, drop.because[0] if drop.because else None)
                 continue
             groups.setdefault((drop.because[0] if drop.because else None, drop.reason.value), []).append(drop.step)
         gone = {step.id for steps in groups.values() for step in steps}
@@ -141,12 +142,13 @@ class Deliberation:
         means += ["a shorter way"] if repaired.shortened else []
         return [PlanMended(repaired.added, tuple(plan), ", ".join(means))]
 
-    def stop(self, why: str) -> list[Command]:
-        """Have the running step cancelled, unless that is asked already."""
+    def stop(self, why: str, fact: Fact | None = None) -> list[Command]:
+        """Have the running step cancelled, unless that is asked already. ``fact``: what made it needless."""
         if self.data.cancelling:
             return []
         self.data.cancelling = True
-        return [CancelAction(self.step(self.data.running), why)]
+        cause = self.data.news.get(fact) if fact is not None else None
+        return [CancelAction(self.step(self.data.running), why, fact, cause)]
 
     def advance(self) -> list[Command]:
         """Start the next step, or say why not."""

@@ -221,10 +221,15 @@ class StartAction:
 
 @dataclass(frozen=True, slots=True)
 class CancelAction:
-    """Stop the running step where that is safe; answer as usual with how it ended."""
+    """Stop the running step where that is safe; answer as usual with how it ended.
+
+    ``fact``, ``cause``: what made it needless, if a fact did, and whose doing that is.
+    """
 
     step: Step
     why: str
+    fact: Fact | None = None
+    cause: Cause | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -376,7 +376,9 @@ class Conversation:
                 started = self._record(events.ActionStarted(robot.id, step.id, step.action.name))
                 doomed = self.mishaps.strikes(robot.id, step.action.schema, self.time)
                 robot.begin(step, started, self._words, self._world.skills, mishap=self.time if doomed else None)
-            case CancelAction():
+            case CancelAction(step, why, fact, cause):
+                if robot.busy:  # it may just have ended
+                    self._record(events.ActionCalledOff(robot.id, step.id, step.action.name, why, fact, *credit(cause)))
                 robot.cancel()
             case AskPlan(why):
                 self._record(events.PlanRequested(robot.id, why))

@@ -1,7 +1,7 @@
 """From a mission and its events to its result. Every figure is counted from the events or read off the robots."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from clo_fleet import __version__
 from clo_fleet.clo.task import Fact, fact_text
@@ -48,24 +48,39 @@ def measure(mission: Mission, log: Sequence[Recorded], wall_run: float) -> RunRe
 
 
 def helps(log: Sequence[Recorded]) -> tuple[Help, ...]:
-    """Who helped whom: the steps left out of a plan because of what another robot's action changed."""
-    found = []
-    for _, time, event in log:
-        if isinstance(event, events.StepsLeftOut) and event.by not in (None, event.robot) and event.fact is not None:
-            cause = log[event.cause][2] if event.cause is not None else None
-            action = cause.action if isinstance(cause, events.ActionStarted) else ""
-            found.append(
-                Help(
-                    by=str(event.by),
-                    robot=event.robot,
-                    fact=fact_text(event.fact),
-                    kind=KINDS.get(action.partition("(")[0], "other"),
-                    action=action,
-                    dropped=tuple(name for _, name in event.steps),
-                    time_s=time,
-                )
-            )
-    return tuple(found)
+    """Who helped whom: steps left out of a plan, or stopped under way, because of what another's action changed."""
+    found: dict[tuple[str, float, Fact, str], Help] = {}  # one for each fact that a robot learns of
+    for time, event in spared([(time, event) for _, time, event in log]):
+        if event.fact is None or event.by in (None, event.robot):
+            continue
+        cause = log[event.cause][2] if event.cause is not None else None
+        action = cause.action if isinstance(cause, events.ActionStarted) else ""
+        steps = event.steps if isinstance(event, events.StepsLeftOut) else ((event.step, event.action),)
+        key = (event.robot, time, event.fact, str(event.by))
+        found[key] = Help(
+            by=str(event.by),
+            robot=event.robot,
+            fact=fact_text(event.fact),
+            kind=KINDS.get(action.partition("(")[0], "other"),
+            action=action,
+            dropped=(*(found[key].dropped if key in found else ()), *(name for _, name in steps)),
+            time_s=time,
+        )
+    return tuple(found.values())
+
+
+def spared(told: Sequence[Timed]) -> Iterator[tuple[float, events.StepsLeftOut | events.ActionCalledOff]]:
+    """The steps left out of plans, and the actions that were called off in time."""
+    stopped = {
+        (event.robot, event.step)
+        for _, event in told
+        if isinstance(event, events.ActionEnded) and event.ending == "cancelled"
+    }
+    for time, event in told:
+        if isinstance(event, events.StepsLeftOut) or (
+            isinstance(event, events.ActionCalledOff) and (event.robot, event.step) in stopped
+        ):
+            yield time, event
 
 
 def _robot(mission: Mission, mine: Sequence[Timed], robot: str) -> RobotResult:
@@ -74,7 +89,7 @@ def _robot(mission: Mission, mine: Sequence[Timed], robot: str) -> RobotResult:
     desk = mission.questions.desks[known.id]
     sensed = [event for _, event in mine if isinstance(event, events.Sensed)]
     seen = {event.fact: event.by for event in sensed if event.opportunity and event.by is not None}
-    used: set[Fact] = {event.fact for _, event in mine if isinstance(event, events.StepsLeftOut) and event.fact}
+    used: set[Fact] = {event.fact for _, event in spared(mine) if event.fact}
     repairs = {time for time, event in mine if isinstance(event, events.StepsLeftOut | events.PlanMended)}
     return RobotResult(
         goals=tuple(fact_text(goal) for goal in known.spec.goals),

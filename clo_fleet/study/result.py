@@ -27,7 +27,7 @@ class Help:
         fact: by which fact, as ``(holding r1 o2)``.
         kind: ``prepared``, ``delivered``, ``handed_over`` or ``other``.
         action: the helper's action that made the fact true.
-        dropped: the names of the steps that became needless.
+        dropped: the names of the steps that became needless; one that was under way and could be stopped comes first.
         time_s: when.
     """
 

@@ -43,6 +43,8 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
             names = " and ".join(name for _, name in steps)
             because = _because(fact, by, cause, log) if fact else reason
             return f"dropped {names}, because {because}"
+        case events.ActionCalledOff(_, _, action, reason, fact, by, cause):
+            return f"stops {action}, because {_because(fact, by, cause, log) if fact else reason}"
         case events.PlanMended(_, added, steps, means):
             new = " and ".join(name for _, name in added)
             what = f"with {new}" if new else "in another order"

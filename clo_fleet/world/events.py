@@ -14,6 +14,7 @@ from clo_fleet.clo.task import Fact, fact_text
 
 __all__ = [
     "EVENTS_FORMAT",
+    "ActionCalledOff",
     "ActionEnded",
     "ActionStarted",
     "Body",
@@ -107,6 +108,22 @@ class ActionStarted:
     robot: str
     step: int
     action: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionCalledOff:
+    """A robot means to stop what it is doing: why, and what made that needless, if a fact did, and whose doing that is.
+
+    It stops where that is safe, and then the action ends as ``cancelled``; it may be too late for that.
+    """
+
+    robot: str
+    step: int
+    action: str
+    reason: str
+    fact: Fact | None
+    by: str | None
+    cause: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,6 +307,7 @@ Event = (
     | PlanFailed
     | PlanAnnounced
     | ActionStarted
+    | ActionCalledOff
     | ActionEnded
     | FactChanged
     | Sensed
@@ -336,6 +354,6 @@ def kind_of(of_class: type[Event]) -> str:
 def plain(event: Event) -> dict[str, object]:
     """The event's fields as JSON takes them; facts as ``(holding r1 o2)``."""
     values = {field.name: getattr(event, field.name) for field in fields(event)}
-    if isinstance(event, FactChanged | Sensed | StepsLeftOut):
+    if isinstance(event, FactChanged | Sensed | StepsLeftOut | ActionCalledOff):
         values["fact"] = fact_text(event.fact) if event.fact is not None else None
     return values

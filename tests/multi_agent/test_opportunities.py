@@ -177,7 +177,9 @@ def test_a_running_action_is_stopped_when_another_has_done_it(
     assert event.ending == "cancelled"
     news = max(time for time, event in told(run, Sensed, robot="r1", opportunity=True) if time <= stopped)
     assert stopped - news <= 0.2 + 1e-9
-    assert run.result().robots["r1"].cancelled == 1
+    result = run.result().robots["r1"]
+    assert (result.cancelled, result.opportunities_used) == (1, 1)
+    assert assert_helped(run, by="r2", robot="r1").dropped[0] == action
     if then:
         ((begun, _),) = told(run, ActionStarted, action=then)
         assert begun == stopped

@@ -85,14 +85,22 @@ class _Piece:
         self._mark(event, "plan", f"{event['robot']} follows a plan of {len(event['steps'])} steps{again}")
 
     def _steps_left_out(self, event: Event) -> None:
-        robot, helper = event["robot"], event["by"]
         names = [name for _, name in event["steps"]]
-        because = f"{helper} made {event['fact']} true" if helper not in (None, robot) else event["fact"] or ""
-        why = f"{event['reason']}{f' ({because})' if because else ''}"
+        why = self._spared(event, names)
         self._plan(event, "dropped", [number for number, _ in event["steps"]], why)
-        self._mark(event, "dropped", f"{robot} drops {', '.join(names)}: {why}")
+        self._mark(event, "dropped", f"{event['robot']} drops {', '.join(names)}: {why}")
+
+    def _action_called_off(self, event: Event) -> None:
+        why = self._spared(event, [event["action"]])
+        self._mark(event, "dropped", f"{event['robot']} means to stop {event['action']}: {why}")
+
+    def _spared(self, event: Event, names: list[str]) -> str:
+        """Note who helped if somebody did; why these steps are not needed."""
+        robot, helper = event["robot"], event["by"]
         if helper not in (None, robot):
             self._helps.append([event["t"], helper, robot, event["fact"], names])
+            return f"{event['reason']} ({helper} made {event['fact']} true)"
+        return f"{event['reason']} ({event['fact']})" if event["fact"] else str(event["reason"])
 
     def _plan_mended(self, event: Event) -> None:
         self._plan(event, "mended", event["steps"], event["means"])
@@ -169,7 +177,8 @@ class _Piece:
 _TAKES = {
     name: getattr(_Piece, f"_{name}")
     for name in (
-        *("poses", "plan_followed", "steps_left_out", "plan_mended", "plan_linked", "action_started", "action_ended"),
+        *("poses", "plan_followed", "steps_left_out", "plan_mended", "plan_linked", "action_started"),
+        *("action_called_off", "action_ended"),
         *("fact_changed", "waiting", "offer_made", "plan_failed", "repair_failed", "disturbed", "goals_reached"),
         *("gave_up", "run_ended"),
     )

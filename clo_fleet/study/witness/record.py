@@ -6,6 +6,7 @@ from clo_fleet.fleet.mission import Mission
 from clo_fleet.study.event_log import Recorded
 from clo_fleet.study.witness.broken import BrokenInvariantError
 from clo_fleet.world.events import (
+    ActionCalledOff,
     ActionEnded,
     ActionStarted,
     Event,
@@ -76,6 +77,8 @@ class Record:
                 return self._end(event)
             case FactChanged(_, _, by, cause) | Sensed(_, _, _, _, _, by, cause) | StepsLeftOut(_, _, _, _, by, cause):
                 return self._caused(by, cause)
+            case ActionCalledOff(robot, step, action, _, _, by, cause):
+                return self._called_off(robot, step, action) or self._caused(by, cause)
             case OfferMade(offer):
                 known = offer in self._offers
                 self._offers[offer] = 0
@@ -99,6 +102,10 @@ class Record:
         self._started[number] = event
         self._under_way[event.robot] = number
         return ""
+
+    def _called_off(self, robot: str, step: int, action: str) -> str:
+        began = self._started.get(self._under_way.get(robot, -1))
+        return "" if began == ActionStarted(robot, step, action) else f"under way is {began or 'nothing'}"
 
     def _end(self, event: ActionEnded) -> str:
         began = self._started.get(event.started)

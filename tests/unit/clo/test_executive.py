@@ -254,7 +254,17 @@ def test_what_another_does_in_place_of_the_running_action_is_a_surprise() -> Non
     other = Flip(("prepared", "o1"), True, Cause("r2", "prepare(r2, o1, l1)", 7))
     (stop,) = robot.tell(Observed(2, (other,)))
     assert isinstance(stop, CancelAction)
+    assert (stop.fact, stop.cause) == (other.fact, other.cause)
     assert started(robot.cancelled()) == ["grasp(o1, l1)"]
+
+
+def test_who_reached_the_goals_is_named_when_an_action_is_stopped_for_that() -> None:
+    """Of several goals, the one that somebody has reached."""
+    robot = Script(Replan(), goals=["(lit l3)", "(holding o2)"])
+    robot.begin(*PLAN)
+    given = (Flip(("lit", "l3"), True), *GIVEN)
+    (stop,) = [command for command in robot.tell(Observed(2, given)) if isinstance(command, CancelAction)]
+    assert (stop.why, stop.fact, stop.cause) == ("the goals hold already", ("holding", "o2"), GIVEN[0].cause)
 
 
 def test_robot_that_has_left_is_still_moving() -> None:
@@ -281,7 +291,7 @@ def test_needless_running_action_is_cancelled_once() -> None:
     assert running is not None
     commands = robot.see("(holding o1)", false=["(at-object o1 l1)"])
     assert [command for command in commands if isinstance(command, CancelAction)] == [
-        CancelAction(running, "nothing that is left needs it")
+        CancelAction(running, "nothing that is left needs it", ("holding", "o1"))
     ]
     assert dropped(commands) == ["grasp(o1, l1)"]
     assert robot.see("(lit l1)") == []
