@@ -8,12 +8,13 @@ corridor, one direction      edge with one lane (see ``network``)
 pose: centre, heading        front bumper; degrees clockwise from north
 robot that entered           departed vehicle
 robot that arrived           vehicle holding at a stop at the end of its last lane
+robot that is just leaving   the same vehicle still: nobody may drive up to where its body stands yet
 ===========================  ================================================================
 
 Theory of operation. ``enter`` asks for a robot to be let in; the ``step`` in which its lane has room for it inserts it,
 and ``entered`` names it. It drives to its far door, where ``arrived`` names it and it holds, with whatever queues up
-behind it, until ``remove`` takes it out. Whoever calls keeps the robot's body elsewhere until it has entered and from
-when it is removed, so that it is never in both places or in neither.
+behind it, until ``let_out`` lets it go and ``remove`` takes its vehicle out. Whoever calls keeps the robot's body
+elsewhere until it has entered and from when it is let out, so that it is never in both places or in neither.
 
 libsumo simulates one network per process, and starting a second silently replaces the first; so ``Corridors`` is a
 context manager that refuses to open while another is open. Nothing of libsumo leaves this file.
@@ -222,8 +223,21 @@ class Corridors:
             there = sorted(RobotId(v) for lane in lanes for v in sumo.lane.getLastStepVehicleIDs(lane))
             return [_vehicle_pose(sumo, robot) for robot in there if robot in self._vehicles]
 
+    def let_out(self, robot: RobotId) -> Pose:
+        """Let go of a robot that has arrived, and tell where it held; there its vehicle keeps the place until removed.
+
+        Raises:
+            CorridorsMisuseError: if the robot is not here, or has not arrived.
+        """
+        vehicle = self._vehicle(robot)
+        if vehicle.phase is not Phase.HOLDING:
+            raise CorridorsMisuseError(f"robot {robot!r} does not hold at door {vehicle.route.end!r}")
+        pose = self.pose(robot)
+        vehicle.phase = Phase.LEAVING
+        return pose
+
     def remove(self, robot: RobotId) -> Pose:
-        """Take out a robot that has arrived, or that is not let in yet, and tell where it held or would have entered.
+        """Take out a robot that has arrived or was let out, or that is not let in yet, and tell where it held or would enter.
 
         Raises:
             CorridorsMisuseError: if the robot is not here, or on its way.
@@ -231,7 +245,9 @@ class Corridors:
         vehicle = self._vehicle(robot)
         if vehicle.phase is Phase.DRIVING:
             raise CorridorsMisuseError(f"robot {robot!r} is on its way to door {vehicle.route.end!r}")
-        pose = self.entry_pose(vehicle.route) if vehicle.phase is Phase.ASKED else self.pose(robot)
+        with self._sumo("find a robot") as sumo:
+            asked = vehicle.phase is Phase.ASKED
+            pose = self.entry_pose(vehicle.route) if asked else _vehicle_pose(sumo, robot)
         with self._sumo(f"remove robot {robot!r}") as sumo:
             sumo.vehicle.remove(robot)
         del self._vehicles[robot]
@@ -294,7 +310,7 @@ class Corridors:
             for robot, vehicle in sorted(self._vehicles.items()):
                 if vehicle.phase is Phase.ASKED:
                     continue
-                held = vehicle.phase is Phase.HOLDING
+                held = vehicle.phase is not Phase.DRIVING
                 index = HELD if held else sumo.vehicle.getRouteIndex(robot)
                 if self._clear_on.get(robot) != index:
                     moved[robot] = left = self.lanes_left(robot)
@@ -458,11 +474,14 @@ class Corridors:
         return self._vehicles[robot]
 
     def _inside(self) -> list[RobotId]:
-        return sorted(r for r, v in self._vehicles.items() if v.phase is not Phase.ASKED)
+        return sorted(r for r, v in self._vehicles.items() if v.phase in (Phase.DRIVING, Phase.HOLDING))
 
     def _check_inside(self, robot: RobotId) -> None:
-        if self._vehicle(robot).phase is Phase.ASKED:
-            raise CorridorsMisuseError(f"robot {robot!r} has not entered the corridors yet")
+        match self._vehicle(robot).phase:
+            case Phase.ASKED:
+                raise CorridorsMisuseError(f"robot {robot!r} has not entered the corridors yet")
+            case Phase.LEAVING:
+                raise CorridorsMisuseError(f"robot {robot!r} was let out of the corridors")
 
     def _pose_on_lane(self, edge: str, front: float) -> Pose:
         """The centre of a robot with its front at a point of the edge's lane [m]."""

@@ -48,6 +48,7 @@ from clo_fleet.world.places import Way, Ways, zones
 __all__ = ["NoCorridorsError", "Site"]
 
 SLOWEST = 0.05  # [m/s] at which a robot counts on getting to a door
+LEFT = 0.65  # [m] from its place at a door a robot is out of the way of whoever comes up to that: its width, and a bit
 BESIDE = 0.05  # [m] a vehicle this near to where another is to enter is in the way; on the other lane it is not
 
 
@@ -85,6 +86,7 @@ class Site:
         self._max_speed = {spec.id: spec.max_speed for spec in robots}
         self._vehicle: dict[RobotId, Route] = {}  # robots that are vehicles
         self._inserting: dict[RobotId, Route] = {}  # bodies for whom SUMO has a vehicle pending
+        self._leaving: dict[RobotId, Point] = {}  # bodies whose vehicle still keeps the place at the door for them
         self._place: dict[RobotId, PlaceId] = {}
         for spec in robots:
             self._place[spec.id] = PlaceId(spec.room)
@@ -326,10 +328,11 @@ class Site:
         return self.corridors.odometer(robot)
 
     def admit(self, robot: RobotId) -> None:
-        """Turn a vehicle that arrived into a body at the same pose."""
-        self._vehicle.pop(robot)
-        self.traffic.right_of_way.withdraw(robot)
-        self.rooms.add_robot(robot, self.corridors.remove(robot))
+        """Turn a vehicle that arrived into a body at the same pose, which nobody else can take before it has left it."""
+        pose = self.corridors.let_out(robot)
+        del self._vehicle[robot]
+        self._leaving[robot] = pose.point
+        self.rooms.add_robot(robot, pose)
         self.rooms.set_max_speed(robot, self._max_speed[robot])
 
     def step(self) -> tuple[RobotId, ...]:
@@ -342,7 +345,10 @@ class Site:
         for robot in entered:
             self.rooms.remove_robot(robot)
             self._vehicle[robot] = self._inserting.pop(robot)
-        for robot, pose in self.rooms.poses().items():
+        poses = self.rooms.poses()
+        for robot in [robot for robot, held in self._leaving.items() if math.dist(poses[robot].point, held) >= LEFT]:
+            self._give_up_place(robot)
+        for robot, pose in poses.items():
             self._place[robot] = self._place_at(pose.point, self._place[robot])
         self._note_who_is_where()
         self.traffic.step(self._standing)
@@ -360,6 +366,7 @@ class Site:
             "max_speed": dict(self._max_speed),
             "vehicle": {robot: route.state() for robot, route in self._vehicle.items()},
             "inserting": {robot: route.state() for robot, route in self._inserting.items()},
+            "leaving": {robot: list(held) for robot, held in self._leaving.items()},
         }
 
     @classmethod
@@ -386,10 +393,17 @@ class Site:
         site._max_speed = dict(state["max_speed"])
         site._vehicle = {robot: Route.from_state(route) for robot, route in state["vehicle"].items()}
         site._inserting = {robot: Route.from_state(route) for robot, route in state["inserting"].items()}
+        site._leaving = {robot: (held[0], held[1]) for robot, held in state["leaving"].items()}
         site._note_who_is_where()
         return site
 
     # ---- private -------------------------------------------------------------------------------------------
+
+    def _give_up_place(self, robot: RobotId) -> None:
+        """Take the vehicle of a robot that was let in at its door out of the corridors."""
+        del self._leaving[robot]
+        self.corridors.remove(robot)
+        self.traffic.right_of_way.withdraw(robot)
 
     def _note_who_is_where(self) -> None:
         before = (self._lying, self._standing)

@@ -47,6 +47,7 @@ class Phase(Enum):
     ASKED = "asked"
     DRIVING = "driving"
     HOLDING = "holding"
+    LEAVING = "leaving"
 
 
 @dataclass(slots=True)

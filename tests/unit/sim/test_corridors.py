@@ -209,6 +209,11 @@ def test_a_robot_that_holds_keeps_the_others_back(line: BuildingMap) -> None:
         assert corridors.waiting() == {b: a for a, b in pairwise(queue[:7])}
         assert not corridors.entry_clear(route)
         assert all(apart(a, b) >= 0.6 for a, b in combinations(inside.values(), 2))
+        corridors.let_out(queue[0])
+        for _ in steps(corridors, 50):
+            pass
+        assert corridors.arrived() == ()
+        assert list(corridors.poses()) == queue[1:7]  # nobody came up to where the first may still be
         corridors.remove(queue[0])
         for _ in steps(corridors, 50):
             pass
