@@ -237,7 +237,7 @@ class Corridors:
         return pose
 
     def remove(self, robot: RobotId) -> Pose:
-        """Take out a robot that has arrived or was let out, or that is not let in yet, and tell where it held or would enter.
+        """Take out a robot that is not on its way, let in or not, and tell where it held or would have entered.
 
         Raises:
             CorridorsMisuseError: if the robot is not here, or on its way.

@@ -328,7 +328,7 @@ class Site:
         return self.corridors.odometer(robot)
 
     def admit(self, robot: RobotId) -> None:
-        """Turn a vehicle that arrived into a body at the same pose, which nobody else can take before it has left it."""
+        """Turn a vehicle that arrived into a body at the same pose; nobody comes up to that before it has left it."""
         pose = self.corridors.let_out(robot)
         del self._vehicle[robot]
         self._leaving[robot] = pose.point
