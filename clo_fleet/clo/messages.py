@@ -45,7 +45,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """The action that changed a fact: whose, which, and the id of its start in the event log."""
+    """The action that changed a fact: whose doing that was, which, and the id of the event in the log that tells it."""
 
     robot: str
     action: str

@@ -15,7 +15,6 @@ from typing import Any
 from clo_fleet.clo.executive import Mode
 from clo_fleet.clo.messages import (
     AcceptOffer,
-    ActionFinished,
     AskPlan,
     Begin,
     CancelAction,
@@ -35,6 +34,7 @@ from clo_fleet.clo.task import Condition, Fact
 from clo_fleet.fleet.announcements import Announcement, in_hand_facts
 from clo_fleet.fleet.attention import Attention
 from clo_fleet.fleet.decisions import changes_plan, decision_told, plan_linked
+from clo_fleet.fleet.effects import Effects
 from clo_fleet.fleet.hearsay import Hearsay
 from clo_fleet.fleet.inboxes import Inboxes, in_order
 from clo_fleet.fleet.interests import Interests
@@ -79,6 +79,7 @@ class Conversation:
         self._recorder = recorder
         self.radio = RadioChannel(world.radio, robots, seed=world.seed)
         self.mishaps = Mishaps(world.seed)
+        self.effects = Effects(truth, recorder, world.seed)
         self._hearsay = Hearsay(world.radio, truth.words)
         self._inboxes = Inboxes(robots)
         self._interests = Interests(robots, truth.words)
@@ -127,11 +128,12 @@ class Conversation:
             before = looked.get(robot.id, 0)
             beliefs, watch = robot.executive.beliefs, robot.executive.watch
             seen = self.senses.sight(robot.id, beliefs, watch, self.time, blind=robot.blind)
+            seen |= self.effects.noticed(robot.id)
             fresh = heeded(consequences(seen, beliefs, self._words), beliefs, watch, robot.id, self._words)
             flips = tuple(Flip(fact, value, self._truth.cause(fact)) for fact, value in fresh.items())
             self._learn(robot, flips, "sight")
             self._hearsay.learnt(robot.id, seen, self.time)
-            self._hearsay.did(robot.id, own := self._effects(robot), self.time)
+            self._hearsay.did(robot.id, own := self.effects.told(robot.id), self.time)
             self.radio.tell(self.time, robot.id, (*flips, *own), self._point)
             self._attention.rest(robot, looked.get(robot.id, 0) - before)
         for announcement in self._hearsay.to_repeat(self.time):
@@ -186,6 +188,7 @@ class Conversation:
             "questions": self.questions.state(),
             "senses": self.senses.state(),
             "mishaps": self.mishaps.state(),
+            "effects": self.effects.state(),
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -196,6 +199,7 @@ class Conversation:
         self.questions.restore(state["questions"])
         self.senses.restore(state["senses"])
         self.mishaps.restore(state["mishaps"])
+        self.effects.restore(state["effects"])
 
     # ---- learning ------------------------------------------------------------------------------------------
 
@@ -261,20 +265,6 @@ class Conversation:
             helpful = Condition(flip.fact, flip.value) in opportunities and by != robot.id
             self._record(events.Sensed(robot.id, flip.fact, flip.value, source, helpful, by, cause))
         self._inboxes.put(robot.id, Observed(self.time, flips))
-
-    def _effects(self, robot: Robot) -> tuple[Flip, ...]:
-        """What the robot's action that ended in this tick has truly changed, to be told to others."""
-        finished = [event for event in self._inboxes[robot.id] if isinstance(event, ActionFinished)]
-        if not finished or robot.cause is None:
-            return ()
-        step = robot.executive.running
-        assert step is not None
-        facts = dict.fromkeys(step.action.adds, True) | dict.fromkeys(step.action.deletes, False)
-        return tuple(
-            Flip(fact, value, robot.cause)
-            for fact, value in sorted(facts.items())
-            if self._words.told(fact) and (fact in self._truth.facts) is value
-        )
 
     # ---- announcing ----------------------------------------------------------------------------------------
 

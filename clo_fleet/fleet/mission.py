@@ -370,6 +370,7 @@ class Mission:
         self._record(events.ActionEnded(robot.id, step.id, step.action.name, ending, reason, cause.event))
         self._judge.lively_at = self.time
         if isinstance(progress, Done):
+            self._conversation.effects.end(step.action, cause, self.time)
             self._conversation.put(robot.id, ActionFinished(self.time, step.id))
         elif isinstance(progress, Failed):
             self._conversation.put(robot.id, ActionFailed(self.time, step.id, progress.reason, progress.learnt))

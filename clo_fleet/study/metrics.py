@@ -54,7 +54,7 @@ def helps(log: Sequence[Recorded]) -> tuple[Help, ...]:
         if event.fact is None or event.by in (None, event.robot):
             continue
         cause = log[event.cause][2] if event.cause is not None else None
-        action = cause.action if isinstance(cause, events.ActionStarted) else ""
+        action = cause.action if isinstance(cause, events.ActionStarted | events.AlsoHappened) else ""
         steps = event.steps if isinstance(event, events.StepsLeftOut) else ((event.step, event.action),)
         key = (event.robot, time, event.fact, str(event.by))
         found[key] = Help(

@@ -35,6 +35,8 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
             return f"began {action}"
         case events.ActionEnded(_, _, action, ending, reason):
             return f"{ending} {action}" + (f": {reason}" if reason else "")
+        case events.AlsoHappened(_, action, fact, by):
+            return f"{action} also made {fact_text(fact)} true{_doer(by) if by != robot else ''}"
         case events.Sensed(_, fact, value, source, opportunity, by) if by != robot:
             verb = "saw" if source == "sight" else "heard"
             note = ", an opportunity" if opportunity else ""
@@ -76,6 +78,8 @@ def _robots(log: Sequence[Recorded]) -> tuple[str, ...]:
 def _because(fact: Fact, by: str | None, cause: int | None, log: Sequence[Recorded]) -> str:
     """``r2 gave o2``, where an action is known; else the fact."""
     action = log[cause][2] if cause is not None else None
+    if isinstance(action, events.AlsoHappened):
+        return f"{fact_text(fact)} came along with {action.action}"
     if by is None or not isinstance(action, events.ActionStarted):
         return f"{fact_text(fact)} was true"
     past = {"give": "gave", "prepare": "prepared", "place": "brought", "grasp": "took", "move": "moved"}

@@ -22,6 +22,7 @@ __all__ = [
     "SENSOR_ROLES",
     "SKILL_ROLES",
     "DomainBinding",
+    "MayAlso",
     "SensorBinding",
     "SensorKind",
     "SkillBinding",
@@ -92,6 +93,23 @@ SENSOR_ROLES: Mapping[SensorKind, tuple[str, ...]] = MappingProxyType(
 
 
 @dataclass(frozen=True, slots=True)
+class MayAlso:
+    """What an action may bring about beyond its effects, when its skill is done.
+
+    Attributes:
+        fact: an atom with variables: parameters of the action, and others that stand for anything.
+        chance: with which each such fact comes about, from 0 to 1.
+        by: the parameter that stands for whose doing it is.
+        where: atoms that have to be given facts.
+    """
+
+    fact: Atom
+    chance: float
+    by: str
+    where: tuple[Atom, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class SkillBinding:
     """What a body does for an action.
 
@@ -99,11 +117,13 @@ class SkillBinding:
         kind: the skill.
         roles: which variable of the schema plays which role of the skill.
         takes: how long it takes [s]; ``None``: what the world's skills say.
+        may_also: what may come along with its effects.
     """
 
     kind: SkillKind
     roles: tuple[tuple[str, str], ...]
     takes: float | None = None
+    may_also: tuple[MayAlso, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

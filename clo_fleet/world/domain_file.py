@@ -11,6 +11,7 @@ from clo_fleet.world.binding import (
     DOER,
     EVERYWHERE,
     DomainBinding,
+    MayAlso,
     SensorBinding,
     SensorKind,
     SkillBinding,
@@ -78,8 +79,17 @@ def binding(section: DomainSection, domain: Domain) -> DomainBinding:
 
 
 def _skill(entry: SkillSection) -> SkillBinding:
-    takes = getattr(entry, "takes_s", None)
-    return SkillBinding(SkillKind(entry.skill), roles(entry), None if takes is None else float(takes))
+    takes, played = getattr(entry, "takes_s", None), roles(entry)
+    more = tuple(
+        MayAlso(
+            parse_fact(also.fact),
+            float(also.chance),
+            variable(also.by or dict(played)["robot"]),
+            tuple(map(parse_fact, also.where)),
+        )
+        for also in entry.may_also
+    )
+    return SkillBinding(SkillKind(entry.skill), played, None if takes is None else float(takes), more)
 
 
 def _sensor(entry: SensorSection) -> SensorBinding:

@@ -5,13 +5,24 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from clo_fleet.world.sections import FactText, Id, NonNegative, Section, Text, Variable, is_id
+from clo_fleet.world.sections import FactText, Fraction, Id, NonNegative, Section, Text, Variable, is_id
 
 __all__ = ["DomainSection", "SensorSection", "SkillSection", "roles", "variable"]
 
 MOST_NAMES = 10_000
 SOURCES = ("robots", "objects", "rooms", "places")
 
+
+class AlsoSection(Section):
+    """What may come along with an action's effects."""
+
+    fact: FactText = Field(description="A fact with ?variables: the action's parameters, or others: anything.")
+    chance: Fraction = Field(description="With which each such fact comes about when the action is done.")
+    by: Variable | None = Field(None, description="Whose doing that is; by default the robot's.")
+    where: tuple[FactText, ...] = Field((), max_length=100, description="Given facts, with ?variables, that must be.")
+
+
+MayAlso = Annotated[tuple[AlsoSection, ...], Field((), max_length=100, description="What may come along, by chance.")]
 Takes = Annotated[NonNegative | None, Field(None, description="How long it takes; by default as `skills` says.")]
 
 
@@ -36,6 +47,7 @@ class DriveSection(Section):
     robot: Variable
     start: Variable = Field(alias="from")
     to: Variable
+    may_also: MayAlso
 
 
 class WorkSection(Section):
@@ -46,6 +58,7 @@ class WorkSection(Section):
     at: Variable | None = Field(None, description="An object; by default the room will do.")
     within: Variable = Field(alias="in")
     takes_s: Takes
+    may_also: MayAlso
 
 
 class GraspSection(Section):
@@ -56,6 +69,7 @@ class GraspSection(Section):
     object: Variable
     within: Variable = Field(alias="in")
     takes_s: Takes
+    may_also: MayAlso
 
 
 class PlaceSection(Section):
@@ -66,6 +80,7 @@ class PlaceSection(Section):
     object: Variable
     within: Variable = Field(alias="in")
     takes_s: Takes
+    may_also: MayAlso
 
 
 class GiveSection(Section):
@@ -77,6 +92,7 @@ class GiveSection(Section):
     object: Variable
     within: Variable = Field(alias="in")
     takes_s: Takes
+    may_also: MayAlso
 
 
 class SelfSection(Section):
@@ -178,7 +194,7 @@ class DomainSection(Section):
 
 def roles(section: Section) -> tuple[tuple[str, str], ...]:
     """Which variable plays which role of the skill or the sensor: the roles are the section's keys."""
-    others = {"skill", "sensor", "takes_s", "seen", "lost_when_moved"}
+    others = {"skill", "sensor", "takes_s", "may_also", "seen", "lost_when_moved"}
     named = section.model_dump(by_alias=True, exclude=others, exclude_none=True)
     return tuple((role, variable(name)) for role, name in named.items())
 

@@ -17,6 +17,7 @@ __all__ = [
     "ActionCalledOff",
     "ActionEnded",
     "ActionStarted",
+    "AlsoHappened",
     "Body",
     "Disturbed",
     "Event",
@@ -135,6 +136,21 @@ class ActionEnded:
     action: str
     ending: str
     reason: str
+    started: int
+
+
+@dataclass(frozen=True, slots=True)
+class AlsoHappened:
+    """A fact came about along with the effects of a robot's action, by chance: whose doing it is, and the action.
+
+    ``started``: the id of the action's start. Changes that are ``by`` somebody else than a robot have such an event for
+    their ``cause``.
+    """
+
+    robot: str
+    action: str
+    fact: Fact
+    by: str
     started: int
 
 
@@ -309,6 +325,7 @@ Event = (
     | ActionStarted
     | ActionCalledOff
     | ActionEnded
+    | AlsoHappened
     | FactChanged
     | Sensed
     | StepsLeftOut
@@ -354,6 +371,6 @@ def kind_of(of_class: type[Event]) -> str:
 def plain(event: Event) -> dict[str, object]:
     """The event's fields as JSON takes them; facts as ``(holding r1 o2)``."""
     values = {field.name: getattr(event, field.name) for field in fields(event)}
-    if isinstance(event, FactChanged | Sensed | StepsLeftOut | ActionCalledOff):
+    if isinstance(event, FactChanged | Sensed | StepsLeftOut | ActionCalledOff | AlsoHappened):
         values["fact"] = fact_text(event.fact) if event.fact is not None else None
     return values

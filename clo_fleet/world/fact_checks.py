@@ -38,8 +38,10 @@ class Known:
         return sections, frozenset(constants).union(*(source for source in fits if isinstance(source, tuple)))
 
 
-def fact_findings(key: KeyPath, fact: Fact, known: Known, kinds: Collection[SensorKind]) -> Iterator[Finding]:
-    """Whether the fact is one with one of these sensors, about things of the right types."""
+def fact_findings(
+    key: KeyPath, fact: Fact, known: Known, kinds: Collection[SensorKind], *, lifted: bool = False
+) -> Iterator[Finding]:
+    """Whether the fact is one with one of these sensors, about things of the right types; ``lifted``: or variables."""
     sensors = dict(known.binding.sensors)
     forms = {name: types for name, types in known.binding.domain.predicates if sensors[name].kind in kinds}
     predicate, *names = fact
@@ -51,6 +53,8 @@ def fact_findings(key: KeyPath, fact: Fact, known: Known, kinds: Collection[Sens
         yield Finding(key, _form(predicate, forms[predicate], known), value)
     else:
         for name, type_ in zip(names, forms[predicate], strict=True):
+            if lifted and name.startswith("?"):
+                continue
             for expected in _misnomers(name, type_, known, key):
                 yield Finding(key, f"for {name!r} {expected}", value)
 

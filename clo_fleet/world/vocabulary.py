@@ -14,6 +14,7 @@ from clo_fleet.world.binding import (
     EVERYWHERE,
     SENSOR_ROLES,
     DomainBinding,
+    MayAlso,
     SensorBinding,
     SensorKind,
     SkillKind,
@@ -175,10 +176,17 @@ class Vocabulary:
 
     def deed(self, action: Action) -> Deed:
         """What a body does for the action."""
-        skill = self._skills[action.schema]
-        variables = [variable for variable, _ in self._schemas[action.schema].parameters]
-        values = dict(zip(variables, action.args, strict=True))
+        skill, values = self._skills[action.schema], self.values(action)
         return Deed(skill.kind, {role: values[variable] for role, variable in skill.roles})
+
+    def values(self, action: Action) -> dict[str, str]:
+        """What the schema's parameters stand for in the action."""
+        variables = [variable for variable, _ in self._schemas[action.schema].parameters]
+        return dict(zip(variables, action.args, strict=True))
+
+    def may_also(self, schema: str) -> tuple[MayAlso, ...]:
+        """What may come along with the effects of the schema's actions."""
+        return self._skills[schema].may_also
 
     def variable(self, schema: str, role: str) -> str:
         """The schema's parameter that plays the role."""

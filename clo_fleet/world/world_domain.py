@@ -11,6 +11,7 @@ from clo_fleet.world.domain_checks import binding_findings
 from clo_fleet.world.domain_file import binding, domain_in, fleet_binding
 from clo_fleet.world.fact_checks import Known, fact_findings
 from clo_fleet.world.faults import Fault, Finding
+from clo_fleet.world.may_also import may_also_findings
 from clo_fleet.world.model import BuildingMap
 from clo_fleet.world.places import zones
 from clo_fleet.world.references import Unsound
@@ -64,6 +65,7 @@ def speech(sections: WorldSection, path: Path, building: BuildingMap | None, uns
     words, known = Vocabulary(bound, names), _known(bound, names, building, unsound)
     if building is not None:
         findings += deed_findings(bound, words)
+    findings += may_also_findings(bound, words, known)
     findings += _begin_findings(tuple(map(parse_fact, section.facts)), names, known)
     return Speech(bound, known, words, findings=tuple(findings))
 

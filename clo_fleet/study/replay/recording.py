@@ -94,6 +94,9 @@ class _Piece:
         why = self._spared(event, [event["action"]])
         self._mark(event, "dropped", f"{event['robot']} means to stop {event['action']}: {why}")
 
+    def _also_happened(self, event: Event) -> None:
+        self._mark(event, "also", f"{event['action']} also made {event['fact']} true, by {event['by']}")
+
     def _spared(self, event: Event, names: list[str]) -> str:
         """Note who helped if somebody did; why these steps are not needed."""
         robot, helper = event["robot"], event["by"]
@@ -178,7 +181,7 @@ _TAKES = {
     name: getattr(_Piece, f"_{name}")
     for name in (
         *("poses", "plan_followed", "steps_left_out", "plan_mended", "plan_linked", "action_started"),
-        *("action_called_off", "action_ended"),
+        *("action_called_off", "action_ended", "also_happened"),
         *("fact_changed", "waiting", "offer_made", "plan_failed", "repair_failed", "disturbed", "goals_reached"),
         *("gave_up", "run_ended"),
     )

@@ -9,6 +9,7 @@ from clo_fleet.world.events import (
     ActionCalledOff,
     ActionEnded,
     ActionStarted,
+    AlsoHappened,
     Event,
     FactChanged,
     OfferAnswered,
@@ -35,6 +36,7 @@ class Record:
         self._time = 0.0
         self._last: Event | None = None
         self._started: dict[int, ActionStarted] = {}
+        self._along: dict[int, AlsoHappened] = {}
         self._under_way: dict[str, int] = {}  # robot -> id of its action's start
         self._steps: dict[str, set[tuple[int, str]]] = {spec.id: set() for spec in mission.world.robots}
         self._offers: dict[int, int] = {}  # offer -> how often it was answered or closed
@@ -79,6 +81,11 @@ class Record:
                 return self._caused(by, cause)
             case ActionCalledOff(robot, step, action, _, _, by, cause):
                 return self._called_off(robot, step, action) or self._caused(by, cause)
+            case AlsoHappened(robot, action, _, _, started):
+                self._along[number] = event
+                began = self._started.get(started)
+                right = began is not None and (began.robot, began.action) == (robot, action)
+                return "" if right else f"with event {started} began {began or 'nothing'}"
             case OfferMade(offer):
                 known = offer in self._offers
                 self._offers[offer] = 0
@@ -121,6 +128,8 @@ class Record:
         if cause is None:
             return "" if by is None else f"by {by}, of whom no action is named"
         began = self._started.get(cause)
+        if cause in self._along:
+            return "" if self._along[cause].by == by else f"by {by}'s event {cause}, which is {self._along[cause]}"
         if began is None or began.robot != by:
             return f"by {by}'s event {cause}, which is {began or 'no action that began'}"
         return ""

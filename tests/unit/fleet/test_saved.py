@@ -28,7 +28,7 @@ def save(mission: Mission, folder: Path) -> Saved:
     return Saved(state=json.loads(json.dumps(mission.state())), traffic=traffic, wall=mission.wall())
 
 
-@pytest.mark.parametrize("name", ["three_rooms", "half_heard"])
+@pytest.mark.parametrize("name", ["three_rooms", "half_heard", "dialog"])
 def test_every_saved_state_is_the_state_and_goes_on_alike(name: str, tmp_path: Path) -> None:
     """State right after rebuilding equals the saved one; ticks later, live and rebuilt missions agree in all."""
     world = read_world(shipped("worlds") / f"{name}.yaml")

@@ -140,6 +140,61 @@ def test_who_sees_an_effect_is_everybody_if_nothing_is_said(tmp_path: Path) -> N
         ),
         ("takes_s: 4", "takes: 4", "cooking.yaml:17:48: domain.skills.cut.takes: got 4", "did you mean takes_s?"),
         ("takes_s: 4", "takes_s: -4", "cooking.yaml:17:48: domain.skills.cut.takes_s: got -4", "at least 0"),
+        # what may come along
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?i ?x)}]}",
+            "cooking.yaml:17:71: domain.skills.cut.may_also[0].chance: got nothing",
+            "required",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?i ?x), chance: 1.5}]}",
+            "cooking.yaml:17:",
+            "domain.skills.cut.may_also[0].chance: got 1.5, expected a number of at most 1",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cat ?i ?x), chance: 1}]}",
+            "cooking.yaml:17:",
+            "did you mean has-cut?",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?i), chance: 1}]}",
+            "cooking.yaml:17:",
+            "(has-cut OBJECT AMOUNT)",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?i n9), chance: 1}]}",
+            "cooking.yaml:17:",
+            "for 'n9' a name of type amount",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?l ?m), chance: 1}]}",
+            "cooking.yaml:17:",
+            "for ?l a parameter that stands for something of type ingredient, not room",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has ?r ?i), chance: 1}]}",
+            "cooking.yaml:17:",
+            "one of (has-cut OBJECT AMOUNT)",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?i ?x), chance: 1, by: x}]}",
+            "cooking.yaml:17:",
+            "one of the action's parameters in the PDDL file (r, i, n, m, l)",
+        ),
+        (
+            "takes_s: 4}",
+            "takes_s: 4, may_also: [{fact: (has-cut ?i ?x), chance: 1, where: [(has-cut ?i ?x)]}]}",
+            "cooking.yaml:17:",
+            "domain.skills.cut.may_also[0].where[0]: got '(has-cut ?i ?x)', expected one of (kitchen ROOM), (cut-of",
+        ),
         # sensors
         (
             "    kitchen: {sensor: given}\n",
