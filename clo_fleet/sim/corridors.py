@@ -347,7 +347,12 @@ class Corridors:
             if number < 0 or route.edges[: number + 1] != vehicle.route.edges[: number + 1]:
                 raise CorridorsMisuseError(f"robot {robot!r} cannot turn off to door {route.end!r}")
             sumo.vehicle.replaceStop(robot, 0, "")
+            shut = sorted(self._closed.intersection(route.edges[: number + 1]))
+            for edge in shut:  # SUMO wants a route to be open where the robot has been as well
+                sumo.lane.setDisallowed(_lane(edge), [])
             sumo.vehicle.setRoute(robot, route.edges[number:])
+            for edge in shut:
+                sumo.lane.setDisallowed(_lane(edge), ["all"])
             last = route.edges[-1]
             sumo.vehicle.setStop(robot, last, sumo.lane.getLength(_lane(last)), 0, FOR_EVER, 0)
         vehicle.route = route

@@ -11,8 +11,9 @@ from clo_fleet.world.buildings import Measures, line
 from clo_fleet.world.model import DoorId, RobotId
 
 
+@pytest.mark.parametrize("shut", [False, True], ids=["open behind it", "closed behind it"])
 @pytest.mark.parametrize("ahead", [0, 1, 2, 3], ids=lambda ahead: f"{ahead} edges on")
-def test_a_diverted_robot_leaves_one_lane_after_the_other_and_arrives(tmp_path: Path, ahead: int) -> None:
+def test_a_diverted_robot_leaves_one_lane_after_the_other_and_arrives(tmp_path: Path, ahead: int, shut: bool) -> None:
     """However far it has come, and also when it is diverted twice; the lanes that it has left never come back."""
     building, _ = write_building(line(7, Measures(two_lane=True)), tmp_path)
     routes = Routes(building)
@@ -28,6 +29,8 @@ def test_a_diverted_robot_leaves_one_lane_after_the_other_and_arrives(tmp_path: 
             edge = corridors.turning_point(robot)
             turned = len(others) < 2
             if others and edge is not None and edge == far.edges[ahead + turned]:
+                for passed in far.edges[: ahead + turned + 1] if shut else ():
+                    corridors.close_edge(passed)
                 corridors.divert(robot, others.pop(0))
                 lanes = corridors.lanes_left(robot)
                 left = len(lanes)
