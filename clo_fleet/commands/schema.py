@@ -11,17 +11,18 @@ HELP = "print a JSON schema, for editors and tools"
 
 def options(parser: argparse.ArgumentParser) -> None:
     """Its arguments."""
-    parser.add_argument("of", choices=("world", "map", "result"))
+    parser.add_argument("of", choices=("world", "map", "result", "batch"))
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Do it; returns the exit code."""
     import json
 
+    from clo_fleet.study.batch.spec import batch_schema
     from clo_fleet.study.result import result_schema
     from clo_fleet.world.map_file import map_schema
     from clo_fleet.world.world_file import world_schema
 
-    schemas = {"world": world_schema, "map": map_schema, "result": result_schema}
+    schemas = {"world": world_schema, "map": map_schema, "result": result_schema, "batch": batch_schema}
     print(json.dumps(schemas[chosen.of](), indent=2))
     return REACHED

@@ -103,6 +103,12 @@ def test_json_prints_the_result_and_fits_its_schema(clo_fleet: Command, own: Pat
     assert set(schema["$defs"]["RobotResult"]["properties"]) == set(printed["robots"]["r1"])
 
 
+@pytest.mark.parametrize(("of", "keys"), [("world", "robots"), ("map", "rooms"), ("batch", "sweep")])
+def test_the_schemas_of_files_name_their_keys(clo_fleet: Command, of: str, keys: str) -> None:
+    """What an editor completes."""
+    assert keys in json.loads(clo_fleet("schema", of).stdout)["properties"]
+
+
 def test_compare_puts_the_strategies_side_by_side(clo_fleet: Command, own: Path) -> None:
     """One table; the paper's baseline calls its planner more often."""
     done = clo_fleet("compare", own / "worlds" / "hello.yaml", "--strategies", "clo,replan", "--json")
