@@ -327,6 +327,8 @@ class Mission:
             progress = robot.step(self._site, self._truth, self._conversation.offers, self.world.skills, self.time)
             if isinstance(progress, Under):
                 wanted[robot.id] = progress
+                if progress.rerouted:
+                    self._record(events.Rerouted(robot.id, progress.rerouted))
                 if progress.until_arrival:
                     self._journeys.begin(robot, self._ticks)
             else:

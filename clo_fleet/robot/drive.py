@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Self
 
+from clo_fleet.robot.detour import opened, turn_off
 from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, inward, throat, waiting_point
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under, standing
 from clo_fleet.robot.steering import Steering, follow
@@ -68,6 +69,7 @@ class Drive:
     Attributes:
         course: out of which door, in at which, and the route between them.
         chosen_at: when it last looked for a way [s].
+        avoided: what was closed then.
         shut_since: since when no way is open [s]; negative if one is.
         turned: whether it was cancelled on its way and is coming back.
         line: in a doorway, the points that it comes from and drives to.
@@ -80,6 +82,7 @@ class Drive:
     phase: Phase = Phase.APPROACH
     course: Course | None = None
     chosen_at: float = -math.inf
+    avoided: tuple[str, ...] = ()
     shut_since: float = -1.0
     turned: bool = False
     line: list[Point] = field(default_factory=list)
@@ -125,6 +128,7 @@ class Drive:
             "phase": self.phase.value,
             "course": self.course.state() if self.course else None,
             "chosen_at": self.chosen_at if self.course else None,
+            "avoided": list(self.avoided),
             "shut_since": self.shut_since,
             "turned": self.turned,
             "line": [list(point) for point in self.line],
@@ -143,6 +147,7 @@ class Drive:
             phase=Phase(state["phase"]),
             course=Course.from_state(state["course"]) if state["course"] else None,
             chosen_at=state["chosen_at"] if state["course"] else -math.inf,
+            avoided=tuple(state["avoided"]),
             shut_since=state["shut_since"],
             turned=state["turned"],
             line=[(x, y) for x, y in state["line"]],
@@ -156,6 +161,8 @@ class Drive:
 
     def _approach(self, body: Body) -> Progress:
         """Towards the gate, until it is time to ask for the doorway."""
+        if (free := opened(body, self.avoided)) and self._choose_anew(body):
+            return Under(rerouted=f"open again: {', '.join(free)}")
         door = _door(body.site, self.out)
         target = gate(door, self.start, body.spec.radius, out=True)
         if math.dist(body.site.pose(body.id).point, target) < ASK:
@@ -257,7 +264,7 @@ class Drive:
 
     def _choose(self, body: Body) -> bool:
         """Look for the quickest way; whether there is one."""
-        self.chosen_at = body.time
+        self.chosen_at, self.avoided = body.time, body.site.traffic.closed()
         course = body.site.course(body.id, self.start, self.goal, self.out)
         if course is None and self.course is not None:
             self.release(body)
@@ -266,6 +273,12 @@ class Drive:
         self.course = course
         self.shut_since = -1.0 if course is not None else self.shut_since
         return course is not None
+
+    def _choose_anew(self, body: Body) -> bool:
+        """Look for the quickest way out of any door, before it has asked for one; whether that is another way."""
+        before, self.chosen_at, self.avoided = self.course, body.time, body.site.traffic.closed()
+        self.course = body.site.course(body.id, self.start, self.goal) or before
+        return self.course != before
 
     def _no_way(self, body: Body) -> Progress:
         """Without a way: hopeless, unless something is closed that may be opened again."""
@@ -297,21 +310,18 @@ class Drive:
 
     def _go_another_way(self, body: Body, off: bool) -> Progress:
         """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
-        site = body.site
-        assert self.course is not None
-        if off and not self.cancelling and not site.traffic.shut:
+        if off and not (self.cancelling or body.site.traffic.shut or self.avoided):
             return Under(until_arrival=True)
         if self.turned or body.time - self.chosen_at < TURN_AGAIN:
             return Under()
-        shut = site.traffic.blocked(body.id, self._route())
-        if not (self.cancelling or shut):
-            return Under()
         self.chosen_at = body.time
-        if self.cancelling and (back := site.divert(body.id, self.start, self.start)) is not None:
-            self.course, self.goal, self.turned = back, self.start, True
-        elif shut and (other := site.divert(body.id, self.start, self.goal)) is not None:
-            self.course = other
-        return Under()
+        turn = turn_off(body, self._route(), (self.start, self.goal), self.avoided, back=self.cancelling)
+        if turn is None:
+            return Under()
+        self.course, self.avoided = turn.course, body.site.traffic.closed()
+        if turn.back:
+            self.goal, self.turned = self.start, True
+        return Under(rerouted=turn.why)
 
     def _leave_doors(self, body: Body) -> None:
         """Leave the queues at both doors."""

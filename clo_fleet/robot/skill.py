@@ -35,12 +35,16 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Under:
-    """Still at it; wants to move at ``velocity`` [m/s]. ``standing_for``, ``wait``: why it stands, if it does."""
+    """Still at it; wants to move at ``velocity`` [m/s]. ``standing_for``, ``wait``: why it stands, if it does.
+
+    ``rerouted``: why it goes another way from now on, if it does.
+    """
 
     velocity: tuple[float, float] = (0.0, 0.0)
     standing_for: str = ""
     direct: bool = False  # the way is reserved: drive exactly so, without avoidance
     wait: Wait | None = None
+    rerouted: str = ""
     until_arrival: bool = False  # there is nothing to do before the robot's vehicle has arrived
 
 

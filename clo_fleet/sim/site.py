@@ -269,10 +269,10 @@ class Site:
         """Ask for the right of way along a course; whether the robot has it."""
         return self.traffic.set_out(robot, start, goal, course, self._standing)
 
-    def divert(self, robot: RobotId, start: RoomId, goal: RoomId) -> Course | None:
+    def divert(self, robot: RobotId, start: RoomId, goal: RoomId, *, quicker: bool = False) -> Course | None:
         """Send a vehicle that came from ``start`` another way, into ``goal``; ``None``: that cannot be, now."""
         doors = (door for door in self._doors_of[goal] if len(door.rooms) == 1)
-        route = self.traffic.divert(robot, self._vehicle[robot], start, doors)
+        route = self.traffic.divert(robot, self._vehicle[robot], start, doors, quicker=quicker)
         if route is None:
             return None
         self._vehicle[robot] = route

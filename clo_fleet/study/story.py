@@ -55,6 +55,8 @@ def _sentence(event: events.Event, robot: str, log: Sequence[Recorded]) -> str: 
             return f"could not repair its plan: {why}"
         case events.Waiting(_, why):
             return f"waits for {why.removeprefix('for ')}"
+        case events.Rerouted(_, why):
+            return f"takes another way: {why}"
         case events.GoalsReached():
             return "has all it wanted"
         case events.GaveUp(_, outcome, why):

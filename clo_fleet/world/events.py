@@ -36,6 +36,7 @@ __all__ = [
     "Poses",
     "Recorder",
     "RepairFailed",
+    "Rerouted",
     "RunEnded",
     "RunStarted",
     "Sensed",
@@ -242,6 +243,14 @@ class Waiting:
 
 
 @dataclass(frozen=True, slots=True)
+class Rerouted:
+    """A robot that drives from room to room goes another way from now on: why."""
+
+    robot: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
 class GoalsReached:
     """A robot believes that all its goals hold."""
 
@@ -331,6 +340,7 @@ Event = (
     | StepsLeftOut
     | RepairFailed
     | Waiting
+    | Rerouted
     | GoalsReached
     | GaveUp
     | OfferMade

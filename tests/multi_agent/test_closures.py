@@ -10,6 +10,7 @@ import pytest
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.run import Run, planner_pool
+from clo_fleet.study.story import story
 from clo_fleet.testing.assertions import assert_goals_reached
 from clo_fleet.testing.buildings import rectangle, rooms_in_a_row, shipped_map
 from clo_fleet.testing.worlds import WorldBuilder
@@ -21,8 +22,8 @@ from clo_fleet.world.disturbances import (
     DoorOpened,
     RadioLost,
 )
-from clo_fleet.world.events import ActionEnded, Disturbed, PlanMended, PlanRequested, Sensed, Waiting
-from clo_fleet.world.model import BuildingMap, CorridorId, Door, DoorId, RobotId, Room, RoomId
+from clo_fleet.world.events import ActionEnded, Disturbed, PlanMended, PlanRequested, Rerouted, Sensed, Waiting
+from clo_fleet.world.model import BuildingMap, CorridorId, Door, DoorId, Point, RobotId, Room, RoomId
 
 E = TypeVar("E")
 A, B, C = RoomId("a"), RoomId("b"), RoomId("c")
@@ -135,6 +136,30 @@ def test_a_closed_corridor_is_waited_for(planners: PlannerPool) -> None:
     run = finished(builder, planners, CorridorClosed(0.4, CorridorId("hall")), CorridorOpened(40.0, CorridorId("hall")))
     assert_goals_reached(run)
     assert 40.0 < run.time < 100.0
+
+
+MIDDLE, WEST = CorridorId("middle-2"), CorridorId("west")  # of the office: without them desk-b is a long way round
+
+
+def to_desk_b(planners: PlannerPool, at: Point, *faults: Disturbance) -> Run:
+    """r1 goes from the library to desk-b, with the short way closed at first."""
+    builder = WorldBuilder(shipped_map("office")).robot("r1", "library", wants="(at-robot r1 desk-b)", at=at)
+    return finished(builder, planners, CorridorClosed(0.0, MIDDLE), CorridorClosed(0.0, WEST), *faults)
+
+
+@pytest.mark.parametrize(("at", "opened"), [((17, 26), 1.4), ((16, 22), 10.0)], ids=["in its room", "on its way"])
+def test_a_short_way_that_is_open_again_is_taken(at: Point, opened: float, planners: PlannerPool) -> None:
+    """The robot is there 15 s sooner, and its story says why; nobody plans or repairs for that."""
+    run = to_desk_b(planners, at, CorridorOpened(opened, MIDDLE))
+    assert_goals_reached(run)
+    ((turned, _),) = of(run, Rerouted, robot="r1", why=f"open again: {MIDDLE}")
+    assert opened <= turned < opened + 5.0
+    assert any(line.endswith(f"takes another way: open again: {MIDDLE}") for line in story(run.log, "r1"))
+    round_about = to_desk_b(planners, at)
+    assert not of(round_about, Rerouted)
+    assert run.time < round_about.time - 15.0
+    result = run.result().robots["r1"]
+    assert (result.planner_calls, result.repairs) == (1, 0)
 
 
 def test_what_is_so_already_has_no_effect(planners: PlannerPool) -> None:

@@ -137,6 +137,9 @@ class _Piece:
     def _waiting(self, event: Event) -> None:
         self._wait(event, event["why"], event.get("on", ()))
 
+    def _rerouted(self, event: Event) -> None:
+        self._mark(event, "way", f"{event['robot']} takes another way: {event['why']}")
+
     def _offer_made(self, event: Event) -> None:
         self._mark(event, "offer", f"{event['robot']} offers {event['object']} to {event['to']}")
 
@@ -182,7 +185,16 @@ _TAKES = {
     for name in (
         *("poses", "plan_followed", "steps_left_out", "plan_mended", "plan_linked", "action_started"),
         *("action_called_off", "action_ended", "also_happened"),
-        *("fact_changed", "waiting", "offer_made", "plan_failed", "repair_failed", "disturbed", "goals_reached"),
+        *(
+            "fact_changed",
+            "waiting",
+            "rerouted",
+            "offer_made",
+            "plan_failed",
+            "repair_failed",
+            "disturbed",
+            "goals_reached",
+        ),
         *("gave_up", "run_ended"),
     )
 }

@@ -152,6 +152,45 @@ def test_who_is_past_the_last_turn_waits_before_what_is_closed(building: Buildin
         assert isinstance(it.end(), Done)
 
 
+def test_who_sets_out_the_long_way_takes_the_short_one_once_it_is_open_again(building: BuildingMap) -> None:
+    """Be it that it waits at the door by then or is on its way: it turns off as soon as it can, and says why, once."""
+    for phase in (Phase.QUEUE, Phase.TRAVEL):
+        for it in trip(building, FIRST):
+            it.site.traffic.close_corridor(SHORT)
+            it.step()
+            it.until(phase)
+            it.site.traffic.open_corridor(SHORT)
+            told = []
+            while isinstance(progress := it.step(), Under):
+                told += [progress.rerouted] if progress.rerouted else []
+            assert told == [f"open again: {SHORT}"]
+            assert isinstance(progress, Done)
+            assert it.drive.course is not None
+            assert SHORT in it.drive.course.lanes
+            assert it.time < 30.0, "round the ring it takes a minute"
+
+
+def test_who_is_past_the_last_turn_goes_on_the_long_way(building: BuildingMap) -> None:
+    """It does not come back for the short one, and arrives; nor does it turn off for what is no quicker."""
+    for it in trip(building, FIRST):
+        it.site.traffic.close_corridor(SHORT)
+        it.until(Phase.TRAVEL)
+        while it.edges()[0].removeprefix("-") != ROUND:
+            it.step()
+        it.site.traffic.open_corridor(SHORT)
+        assert isinstance(it.end(), Done)
+        assert it.drive.course is not None
+        assert SHORT not in it.drive.course.lanes
+    for it in trip(building, FIRST):
+        it.site.traffic.close_corridor(ROUND)
+        it.until(Phase.TRAVEL)
+        assert it.drive.avoided == (ROUND,)
+        assert Drive.from_state(json.loads(json.dumps(it.drive.state()))) == it.drive
+        it.site.traffic.open_corridor(ROUND)
+        while isinstance(progress := it.step(), Under):
+            assert not progress.rerouted
+
+
 def test_without_any_way_a_robot_waits_for_a_while_and_fails_with_a_reason(building: BuildingMap) -> None:
     """It names what is closed; opened in time, the way is taken."""
     for it in trip(building, FIRST):
