@@ -296,6 +296,8 @@ class Executive:
 
     def _observed(self, event: Observed) -> list[Command]:
         news = self._mind.learn(event.flips)
+        if event.guess and self._data.question is None and self._mind.sound():
+            return []
         unsettled = event.promised is not None and self._mind.rely_on(event.promised)
         return self._mind.revise(news) if news or unsettled else []
 

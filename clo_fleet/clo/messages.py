@@ -128,11 +128,13 @@ class Observed:
 
     ``promised``: what others have announced, if that changed at the same time (see ``Promised``). Who puts an object
     down where it was promised takes the promise back and makes it true at once; told apart, it would look like a loss.
+    ``guess``: nobody has seen this, it is only taken to be so; a plan that runs through without it stays as it is.
     """
 
     time: float
     flips: tuple[Flip, ...]
     promised: frozenset[Fact] | None = None
+    guess: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ keep the plan, adopt a repaired one, or ask the planner. It has no state of its 
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Protocol
 
@@ -140,7 +140,8 @@ class Clo:
     """Causal-link opportunities: repair; ask the planner only if the repair is refused.
 
     A plan is mended by its own steps if that can be done, else with what others have promised to bring about, else with
-    new actions. ``improve``: look for shorter and cheaper ways as well, after every change.
+    new actions. ``improve``: look for shorter and cheaper ways as well, after every change; without it only when an
+    obstacle is gone, since no step is there to remove one, and so no link shows what that is worth.
     """
 
     name: str = "clo"
@@ -153,6 +154,8 @@ class Clo:
 
     def revise(self, situation: Situation) -> Revision:
         """The repaired plan, or why there is none."""
+        if not self.improve and _freed(situation):
+            return replace(self, improve=True).revise(situation)
         promised = situation.promised - situation.state
         found: Repaired | Refused | None = None
         if promised or not self.improve or situation.actions is None:
@@ -291,6 +294,14 @@ _ALL: tuple[Strategy, ...] = (
     ReplanOnFailure(),
 )
 STRATEGIES: Mapping[str, Strategy] = MappingProxyType({strategy.name: strategy for strategy in _ALL})
+
+
+def _freed(situation: Situation) -> bool:
+    """Whether something is gone of a kind that steps like those of the plan must not find, and that none removes."""
+    gone = {fact[0] for fact in situation.since - situation.state}
+    actions = [step.action for step in situation.plan] if gone else []
+    gone.difference_update(fact[0] for action in actions for fact in action.deletes)
+    return any(not need.positive and need.fact[0] in gone for action in actions for need in action.needs)
 
 
 def _unexpected(facts: Iterable[Fact]) -> Revision:

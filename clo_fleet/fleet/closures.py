@@ -5,8 +5,9 @@ refused the way is told why. What a robot has found out it tells by radio. From 
 which rooms no way is left: for its executive these are facts ``(blocked a b)``, and every drive of its plan needs that
 its own is false. So a closed door breaks a causal link, and the plan is repaired round it, or waits.
 
-What a robot does not see it does not believe closed for ever: after a while it takes it for open again, and tries. Each
-time in vain it waits twice as long. A run in which nothing is ever closed has no such object, and no such conditions.
+What a robot does not see it does not believe closed for ever: after a while it takes it for open again, and tries if it
+has no other plan. Each time in vain it waits twice as long. A run in which nothing is ever closed has no such object,
+and no such conditions.
 """
 
 import math
@@ -152,9 +153,13 @@ class Closures:
         blocked = self._blocked(self._believed[robot.id])
         believed = {fact for fact in robot.executive.beliefs if fact[0] == BLOCKED}
         changes = blocked ^ believed
-        if changes and not self._site.in_corridor(robot.id):
-            flips = tuple(Flip(fact, fact in blocked) for fact in sorted(changes))
-            self._conversation.put(robot.id, Observed(time, flips))
+        if not changes or self._site.in_corridor(robot.id):
+            return
+        guessed = self._blocked({*self._believed[robot.id], *self._tried[robot.id]}) - blocked
+        for facts, guess in ((changes - guessed, False), (changes & guessed, True)):
+            if facts:
+                flips = tuple(Flip(fact, fact in blocked) for fact in sorted(facts))
+                self._conversation.put(robot.id, Observed(time, flips, guess=guess))
 
     def _blocked(self, names: Iterable[str]) -> frozenset[Fact]:
         """The facts that follow if these are closed."""

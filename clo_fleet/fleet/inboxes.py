@@ -75,11 +75,12 @@ class Inboxes:
 
 def in_order(time: float, inbox: list[Event]) -> list[Event]:
     """What was seen, heard and promised as one event, and before the rest: nobody acts on what it knows better."""
-    flips = tuple(flip for event in inbox if isinstance(event, Observed) for flip in event.flips)
+    guesses = [event for event in inbox if isinstance(event, Observed) and event.guess]
+    flips = tuple(flip for event in inbox if isinstance(event, Observed) and not event.guess for flip in event.flips)
     promised = [event.facts for event in inbox if isinstance(event, Promised)]
     rest = [event for event in inbox if not isinstance(event, Observed | Promised)]
     news = [Observed(time, flips, promised[-1] if promised else None)] if flips or promised else []
-    return [*news, *rest]
+    return [*news, *guesses, *rest]
 
 
 def _is_ending(event: Event) -> bool:

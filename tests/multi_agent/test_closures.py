@@ -22,8 +22,17 @@ from clo_fleet.world.disturbances import (
     DoorOpened,
     RadioLost,
 )
-from clo_fleet.world.events import ActionEnded, Disturbed, PlanMended, PlanRequested, Rerouted, Sensed, Waiting
-from clo_fleet.world.model import BuildingMap, CorridorId, Door, DoorId, Point, RobotId, Room, RoomId
+from clo_fleet.world.events import (
+    ActionEnded,
+    ActionStarted,
+    Disturbed,
+    PlanMended,
+    PlanRequested,
+    Rerouted,
+    Sensed,
+    Waiting,
+)
+from clo_fleet.world.model import BuildingMap, CorridorId, Door, DoorId, Point, RobotId, Room, RoomId, SkillSettings
 
 E = TypeVar("E")
 A, B, C = RoomId("a"), RoomId("b"), RoomId("c")
@@ -136,6 +145,63 @@ def test_a_closed_corridor_is_waited_for(planners: PlannerPool) -> None:
     run = finished(builder, planners, CorridorClosed(0.4, CorridorId("hall")), CorridorOpened(40.0, CorridorId("hall")))
     assert_goals_reached(run)
     assert 40.0 < run.time < 100.0
+
+
+@pytest.mark.parametrize("strategy", ["clo", "clo-improve", "replan"])
+def test_a_plan_made_for_a_closed_door_gets_shorter_once_the_door_is_open_again(
+    strategy: str, planners: PlannerPool
+) -> None:
+    """The way round by another room goes while the robot has other work; it does not go while the door is closed."""
+
+    def run(*faults: Disturbance) -> Run:
+        robot = WorldBuilder(RING).robot("r1", "a", at=(1, 1), wants=["(prepared cup)", "(at-robot r1 c)"])
+        world = robot.thing("cup", "a", at=(3, 2)).happens(DoorClosed(0.4, DoorId("a-c")), *faults).build()
+        with Run(world, strategy, planners=planners) as run:
+            run.finish()
+        assert_goals_reached(run)
+        return run
+
+    opened, shut = run(DoorOpened(3.0, DoorId("a-c"))), run()
+    assert not of(opened, ActionStarted, action="move(r1, a, b)")
+    assert of(shut, ActionStarted, action="move(r1, a, b)")
+    assert opened.time < shut.time - 3.0
+    if strategy == "clo":
+        (time, mended), *_ = of(opened, PlanMended, means="a shorter way")
+        assert (time, [name for _, name in mended.added]) == (3.0, ["move(r1, a, c)"])
+
+
+SQUARE = BuildingMap(
+    name="square",
+    rooms=(
+        Room(A, rectangle(0, 0, 6, 5)),
+        Room(B, rectangle(6, 0, 6, 5)),
+        Room(C, rectangle(6, 5, 6, 5)),
+        Room(RoomId("d"), rectangle(0, 5, 6, 5)),
+    ),
+    doors=(
+        Door(id=DoorId("a-b"), rooms=(A, B), position=(6, 2.5), heading=0.0, width=1.2),
+        Door(id=DoorId("b-c"), rooms=(B, C), position=(11, 5), heading=1.5708, width=1.2),
+        Door(id=DoorId("c-d"), rooms=(RoomId("d"), C), position=(6, 9), heading=0.0, width=1.2),
+        Door(id=DoorId("a-d"), rooms=(A, RoomId("d")), position=(5, 5), heading=1.5708, width=1.2),
+    ),
+)
+
+
+@pytest.mark.parametrize("strategy", ["clo", "replan"])
+def test_who_has_a_way_round_does_not_come_back_to_try_the_door(strategy: str, planners: PlannerPool) -> None:
+    """Back through a were shorter if the door there were open, which the robot has not seen for long."""
+    robot = WorldBuilder(SQUARE).robot("r1", "a", at=(1, 1), wants=["(prepared cup)", "(at-robot r1 d)"])
+    world = robot.thing("cup", "b", at=(11, 1)).happens(DoorClosed(0.4, DoorId("a-d"))).build()
+    with Run(replace(world, skills=SkillSettings(prepare=60.0)), strategy, planners=planners) as run:
+        run.finish()
+    assert_goals_reached(run)
+    assert not [time for kind in (PlanRequested, PlanMended) for time, _ in of(run, kind) if 1.0 < time < 60.0]
+    assert [event.action for _, event in of(run, ActionStarted)] == [
+        "move(r1, a, b)",
+        "prepare(r1, cup, b)",
+        "move(r1, b, c)",
+        "move(r1, c, d)",
+    ]
 
 
 MIDDLE, WEST = CorridorId("middle-2"), CorridorId("west")  # of the office: without them desk-b is a long way round

@@ -258,6 +258,22 @@ def test_what_another_does_in_place_of_the_running_action_is_a_surprise() -> Non
     assert started(robot.cancelled()) == ["grasp(o1, l1)"]
 
 
+def test_a_guess_leaves_a_plan_alone_that_runs_through_without_it() -> None:
+    """It is believed all the same; who has no sound plan, or waits for one, heeds it as any news."""
+    guess = Observed(2, (Flip(("lit", "l3"), True),), guess=True)
+    robot = Script(Replan())
+    robot.begin(*PLAN)
+    assert robot.tell(guess) == []
+    assert ("lit", "l3") in robot.executive.beliefs
+    robot = Script(Replan())
+    robot.begin(*PLAN)
+    robot.see(false=["(at-object o1 l1)"])
+    assert robot.tell(guess) == []
+    robot.tell(NO_PLAN)
+    answer = robot.tell(Observed(3, (Flip(("lit", "l2"), True),), guess=True))
+    assert any(isinstance(command, AskPlan) for command in answer)
+
+
 def test_who_reached_the_goals_is_named_when_an_action_is_stopped_for_that() -> None:
     """Of several goals, the one that somebody has reached."""
     robot = Script(Replan(), goals=["(lit l3)", "(holding o2)"])

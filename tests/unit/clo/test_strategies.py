@@ -3,6 +3,7 @@
 import pytest
 
 from clo_fleet.clo.links import causal_links
+from clo_fleet.clo.operators import Operators
 from clo_fleet.clo.plan import Plan, goals_of, number
 from clo_fleet.clo.repair import Repaired
 from clo_fleet.clo.strategies import (
@@ -20,7 +21,7 @@ from clo_fleet.clo.strategies import (
     Situation,
     Strategy,
 )
-from clo_fleet.clo.task import Action, Fact, parse_fact
+from clo_fleet.clo.task import Action, Condition, Fact, State, parse_fact
 
 
 def facts(*texts: str) -> frozenset[Fact]:
@@ -148,3 +149,44 @@ def test_clo_adopts_a_plan_to_which_nothing_happened() -> None:
 def test_replanning_strategies_repair_nothing(strategy: Strategy, state: frozenset[Fact], revision: Revision) -> None:
     """One plans again at any difference, the other when its plan cannot go on."""
     assert strategy.revise(situation(state)) == revision
+
+
+def test_an_obstacle_that_is_gone_is_a_reason_to_look_for_shorter_ways() -> None:
+    """But not what a step of the plan removes itself, and not what no step minds."""
+
+    def go(name: str, start: str, end: str, door: str, *deletes: str) -> Action:
+        needs = (*goals_of(facts(start)), Condition(("shut", door), positive=False))
+        return Action(schema=name, args=(), needs=needs, adds=facts(end), deletes=facts(start, *deletes))
+
+    direct = go("direct", "(at a)", "(at c)", "x")
+    round_about = number([go("there", "(at a)", "(at b)", "y"), go("on", "(at b)", "(at c)", "y")])
+    goals = goals_of(facts("(at c)"))
+
+    class Source:
+        """All three actions."""
+
+        def operators(self, state: State, goals: tuple[Condition, ...]) -> Operators:
+            """Whatever the state and the goals."""
+            return Operators([direct, *(step.action for step in round_about)], goals)
+
+    def revised(gone: Fact, plan: Plan = round_about) -> list[str]:
+        state = facts("(at a)")
+        since = frozenset({gone})
+        change = Situation(
+            state=state,
+            plan=plan,
+            goals=goals,
+            changed=since,
+            since=since,
+            past=state | since,
+            promised=frozenset(),
+            actions=Source(),
+        )
+        revision = Clo().revise(change)
+        assert isinstance(revision, Adopt)
+        return [step.action.schema for step in revision.repaired.plan]
+
+    assert revised(("shut", "x")) == ["direct"]
+    assert revised(("noisy", "x")) == ["there", "on"]
+    opener = number([go("there", "(at a)", "(at b)", "y", "(shut z)"), go("on", "(at b)", "(at c)", "y")])
+    assert revised(("shut", "x"), opener) == ["there", "on"]
