@@ -39,14 +39,13 @@ from clo_fleet.sim.network_check import check_network
 from clo_fleet.sim.preflight import check_libsumo
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.stderr import stderr_into
+from clo_fleet.sim.under_way import Phase, Vehicle
 from clo_fleet.sim.vehicle import (
     ENTRY,
     ENTRY_ROOM,
     LENGTH,
     VEHICLE,
     VEHICLE_TYPE,
-    Phase,
-    Vehicle,
     check_speed,
     vehicle_pose,
 )

@@ -34,6 +34,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from clo_fleet.errors import CloFleetError
+from clo_fleet.sim.crossings import keep_apart
 from clo_fleet.world.model import BuildingMap, Corridor, Point
 
 __all__ = [
@@ -270,6 +271,7 @@ def _finished(path: Path) -> bytes:
     root = ET.parse(path).getroot()
     for lane in root.iterfind("edge[@priority]/lane"):  # internal lanes, on junctions, have no priority
         lane.set("length", f"{max(float(lane.get('length', '0')), SHORTEST_LANE):.3f}")
+    keep_apart(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode").encode()
 
 

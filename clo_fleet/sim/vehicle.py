@@ -1,13 +1,8 @@
-"""Robots as vehicles: what SUMO is told of them, and what is kept beside what SUMO keeps."""
+"""Robots as vehicles: how large and how fast they are for SUMO, and where their middle is."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from enum import Enum
 from math import cos, hypot, isfinite, remainder, sin, tau
-from typing import Any, Self
 
 from clo_fleet.sim.corridor_errors import CorridorsMisuseError
-from clo_fleet.sim.routes import Route
 from clo_fleet.world.model import Point, Pose
 
 __all__ = [
@@ -16,8 +11,6 @@ __all__ = [
     "LENGTH",
     "VEHICLE",
     "VEHICLE_TYPE",
-    "Phase",
-    "Vehicle",
     "check_speed",
     "off_vehicle",
     "vehicle_pose",
@@ -39,33 +32,6 @@ VEHICLE = {  # SI units; nothing random in it
 LENGTH = VEHICLE["Length"]
 ENTRY = LENGTH + 0.1  # [m] along the first lane: where SUMO's departPos "base" puts the front bumper
 ENTRY_ROOM = ENTRY + VEHICLE["MinGap"]  # [m] of the first lane that must be free
-
-
-class Phase(Enum):
-    """How far a robot has come."""
-
-    ASKED = "asked"
-    DRIVING = "driving"
-    HOLDING = "holding"
-    LEAVING = "leaving"
-
-
-@dataclass(slots=True)
-class Vehicle:
-    """What is kept for each robot."""
-
-    route: Route
-    max_speed: float
-    phase: Phase = Phase.ASKED
-
-    def state(self) -> dict[str, object]:
-        """Plain data."""
-        return {"route": self.route.state(), "max_speed": self.max_speed, "phase": self.phase.value}
-
-    @classmethod
-    def from_state(cls, state: Mapping[str, Any]) -> Self:
-        """What ``state()`` was taken from."""
-        return cls(Route.from_state(state["route"]), state["max_speed"], Phase(state["phase"]))
 
 
 def vehicle_pose(front: Point, heading: float) -> Pose:
