@@ -14,7 +14,7 @@ In the study's folder:
 import json
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -29,7 +29,7 @@ from clo_fleet.paper.rows import Journal, Row, Run, write_parquet
 from clo_fleet.paper.runs import Selection, runs
 from clo_fleet.paper.summary import cells, write_csv
 
-__all__ = ["OtherStudyError", "Progress", "study"]
+__all__ = ["OtherStudyError", "Progress", "study", "write_files"]
 
 FORMAT = 1
 PACKAGES = ("clo-fleet", "fast-downward.translate", "up-fast-downward", "unified-planning")
@@ -77,11 +77,12 @@ def study(
                 journal.append(row)
                 done += 1
                 progress(done, len(wanted), crew.under_way)
-        _write(journal.rows, made, folder)
+        write_files(journal.rows, made, folder)
         return tuple(journal.rows)
 
 
-def _write(rows: list[Row], made: dict[str, dict[str, object]], folder: Path) -> None:
+def write_files(rows: Sequence[Row], made: Mapping[str, Mapping[str, object]], folder: Path) -> None:
+    """Write the tables, the figure and the Parquet file of these rows; ``made``: what ``study.json`` holds."""
     found = cells(rows)
     write_csv(found, folder / "table.csv")
     seeds = max((len(cell.rows) for cell in found.values()), default=0)
