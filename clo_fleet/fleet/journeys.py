@@ -1,51 +1,71 @@
-"""Robots on their way through the corridors: nobody need look at them before they arrive.
+"""Robots at rest: nobody need look at those that drive through the corridors undisturbed, or stand and wait.
 
-SUMO drives them and counts the way; their skill is asleep until the vehicle has come to its far door, or something
-befalls the robot. What its meters have missed is made good when it wakes. Who is asleep need not be saved: whoever is
-awake without need falls asleep again in the next tick.
+A skill says in its progress when it has something to do again (``robot/rest.py``); until then it is asleep. Whoever
+sleeps in a room stands there to the last bit: it is woken when it has moved. In corridors SUMO drives it and counts the
+way. What the meters have missed is made good when it wakes. Everybody is looked at when it is its turn, so that all is
+as if nobody ever slept; and who is asleep need not be saved, because whoever is awake without need falls asleep again
+in the next tick.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
+from clo_fleet.robot.rest import Rest
 from clo_fleet.robot.robot import Robot
+from clo_fleet.robot.skill import Under
 from clo_fleet.sim.site import Site
 from clo_fleet.world.model import RobotId
 
 __all__ = ["Journeys"]
 
 
+@dataclass(frozen=True, slots=True)
+class _Sleep:
+    """Since which tick, how far the robot had come in the corridors by then [m], and what it does meanwhile."""
+
+    tick: int
+    odometer: float | None
+    under: Under
+    rest: Rest
+
+
 class Journeys:
-    """Who is on a journey, and since when."""
+    """Who is asleep, and since when."""
 
     def __init__(self, site: Site, robots: Mapping[RobotId, Robot]) -> None:
         self._site = site
         self._robots = robots
-        self._since: dict[RobotId, tuple[int, float]] = {}  # the tick of its last step, and the odometer then [m]
+        self._asleep: dict[RobotId, _Sleep] = {}
 
-    def begin(self, robot: Robot, tick: int) -> None:
-        """The robot's skill has made its step of this tick, and is not to be stepped before it arrives."""
-        if not robot.disturbed:
-            self._since[robot.id] = (tick, self._site.odometer(robot.id))
+    def begin(self, robot: Robot, tick: int, under: Under) -> None:
+        """The robot's skill has made its step of this tick, and may have said that it has nothing to do for a while."""
+        if under.rest is not None and not robot.disturbed:
+            odometer = self._site.odometer(robot.id) if self._site.in_corridor(robot.id) else None
+            self._asleep[robot.id] = _Sleep(tick, odometer, under, under.rest)
 
-    def awake(self, tick: int) -> list[Robot]:
-        """The robots whose skills have something to do in this tick, in the order of ids; those that arrived are woken.
-
-        Cost: linear in the robots, but for those asleep no more than a look into a table.
-        """
-        shut = self._site.traffic.shut
-        called = [robot for robot in self._since if shut or self._robots[robot].disturbed]
-        for robot in (*self._site.arrivals(), *called):
-            self._wake(robot, tick - 1)
-        return [robot for robot in self._robots.values() if robot.id not in self._since]
+    def turns(self, tick: int, time: float) -> Iterator[tuple[Robot, Under | None]]:
+        """All robots in the order of ids, each woken if it has something to do; with what it does if it sleeps on."""
+        shut, moving = self._site.traffic.shut, self._site.rooms.moving
+        for name, robot in self._robots.items():
+            sleep = self._asleep.get(name)
+            if sleep is None:
+                yield robot, None
+                continue
+            over = shut or robot.disturbed or name in moving or sleep.rest.over(self._site, time)
+            if over:
+                self._wake(name, tick - 1)
+            yield robot, None if over else sleep.under
 
     def settle(self, tick: int) -> None:
         """Wake everybody at the end of this tick, so that all meters are up to date."""
-        for robot in sorted(self._since):
+        for robot in sorted(self._asleep):
             self._wake(robot, tick)
 
     def _wake(self, robot: RobotId, last: int) -> None:
         """``last``: the last tick that it has slept through."""
-        if robot in self._since:
-            tick, odometer = self._since.pop(robot)
-            way = round(self._site.odometer(robot) - odometer, 6)  # SUMO loads its last digits a little differently
-            self._robots[robot].measure_journey(self._site, (last - tick) * self._site.tick, way)
+        if (sleep := self._asleep.pop(robot, None)) is None:
+            return
+        self._robots[robot].measure_rest((last - sleep.tick) * self._site.tick)
+        if sleep.odometer is not None:  # SUMO loads its last digits a little differently
+            way = round(self._site.odometer(robot) - sleep.odometer, 6)
+            self._robots[robot].measure_journey(self._site, way)

@@ -322,21 +322,20 @@ class Mission:
     def _act(self) -> None:
         """Step every skill; steer those robots that are bodies."""
         wanted: dict[RobotId, Under] = {}
-        for robot in self._journeys.awake(self._ticks):
-            had_skill = robot.busy
+        for robot, at_rest in self._journeys.turns(self._ticks, self.time):
+            if at_rest is not None:
+                wanted[robot.id] = at_rest
+                continue
             progress = robot.step(self._site, self._truth, self._conversation.offers, self.world.skills, self.time)
             if isinstance(progress, Under):
                 wanted[robot.id] = progress
                 if progress.rerouted:
                     self._record(events.Rerouted(robot.id, progress.rerouted))
-                if progress.until_arrival:
-                    self._journeys.begin(robot, self._ticks)
+                self._journeys.begin(robot, self._ticks, progress)
             else:
                 wanted[robot.id] = Under()
                 self._end_action(robot, progress)
             robot.measure_distance(self._site)
-            if not had_skill and robot.executive.mode is Mode.WAITING:
-                robot.measure_waiting(TICK)
         self._note_standing(wanted)
         self._steer(wanted)
 

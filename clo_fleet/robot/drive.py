@@ -18,6 +18,7 @@ from typing import Any, Self
 
 from clo_fleet.robot.detour import opened, turn_off
 from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, inward, throat, waiting_point
+from clo_fleet.robot.rest import Arrival, Grant, Turn
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under, standing
 from clo_fleet.robot.steering import Steering, follow
 from clo_fleet.robot.wait import Wait, WaitCause, hindered
@@ -180,11 +181,15 @@ class Drive:
         here, target = site.pose(body.id).point, gate(door, self.start, spec.radius, out=True)
         first = site.doors.request(door.id, way, body.id)
         queue = site.doors.queue(door.id, way)
-        if not first and _away(site, door, body.id) < READY and _away(site, door, queue[0]) > LATE:
+        ready = not first and _away(site, door, body.id) < READY
+        if ready and _away(site, door, queue[0]) > LATE:
             site.doors.overtake(door.id, way, body.id)  # changes nothing if the first one passes already
             queue = site.doors.queue(door.id, way)
         if place := queue.index(body.id):
-            return self._wait(body, door, place, Wait(WaitCause.DOOR, door.id, (queue[place - 1],)))
+            turn = Turn(
+                door.id, way, site.doors.changes(door.id, way), queue[0] if ready else None, door.position, LATE
+            )
+            return self._wait(body, door, place, Wait(WaitCause.DOOR, door.id, (queue[place - 1],)), turn)
         obstacle = self._obstacle(body, door)
         near = math.dist(here, target) < AT_GATE or beyond(door, self.start, here)
         if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
@@ -306,12 +311,13 @@ class Drive:
             return self._set_out(body)  # at once: what is granted has to be what it wants
         hindrance = site.traffic.hindrance(body.id)
         why = hindered(hindrance) if hindrance else Wait(WaitCause.CLOSED, f"door {self.course.out}")
-        return self._wait(body, _door(site, self.out), 2, why)
+        grant = Grant(body.id, hindrance, self.chosen_at + RECHOOSE) if hindrance else None
+        return self._wait(body, _door(site, self.out), 2, why, grant)
 
     def _go_another_way(self, body: Body, off: bool) -> Progress:
         """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
         if off and not (self.cancelling or body.site.traffic.shut or self.avoided):
-            return Under(until_arrival=True)
+            return Under(rest=Arrival(body.id))
         if self.turned or body.time - self.chosen_at < TURN_AGAIN:
             return Under()
         self.chosen_at = body.time
@@ -360,13 +366,17 @@ class Drive:
         stands = standing(why) if why is not None and math.hypot(*velocity) < STILL else Under()
         return replace(stands, velocity=velocity, direct=self.steering.pushes)
 
-    def _wait(self, body: Body, door: Door, place: int, why: Wait) -> Progress:
-        """Stand beside the door; who is not next may stand anywhere else, but not in the way."""
+    def _wait(self, body: Body, door: Door, place: int, why: Wait, rest: Turn | Grant | None = None) -> Progress:
+        """Stand beside the door; who is not next may stand anywhere else, but not in the way. ``rest``: until when."""
         if place > 1 and not in_the_way(body.site, body.id, door, self.start):
-            return standing(why)
+            return replace(standing(why), rest=rest)
         if self.spot is None or body.time - self.spot[0] >= LOOK:
             self.spot = (body.time, waiting_point(body.site, body.spec, door, self.start))
-        return self._steer(body, self.spot[1], why, near=WAITS)
+        under = self._steer(body, self.spot[1], why, near=WAITS)
+        there = math.dist(body.site.pose(body.id).point, self.spot[1]) <= WAITS
+        if rest is None or not there or not isinstance(under, Under) or under.wait is not why:
+            return under
+        return replace(under, rest=replace(rest, until=min(rest.until, self.spot[0] + LOOK)))
 
     def _obstacle(self, body: Body, door: Door) -> Wait | None:
         """What keeps the robot whose turn it is from passing."""

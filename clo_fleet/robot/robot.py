@@ -5,13 +5,14 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from clo_fleet.clo.executive import Executive
+from clo_fleet.clo.executive import Executive, Mode
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.plain import plain_cause, read_cause
 from clo_fleet.clo.plan import Step
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.drive import Drive
 from clo_fleet.robot.handling import Handle
+from clo_fleet.robot.rest import Idle
 from clo_fleet.robot.skill import Body, Cancelled, Done, Exchange, Failed, Progress, Skill, Under
 from clo_fleet.robot.skills import saved_skill, skill_of
 from clo_fleet.sim.site import Site
@@ -55,6 +56,7 @@ class Robot:
         self._last: Point = spec.pose.point
         self._aside = StandAside()
         self._mishap: float | None = None
+        self._spends = ""  # on which meter the last tick was counted
         self._cancelled = False  # known to the skill as well, which is saved: this is for those who need not ask it
         self.broken = False
         self.blind = False
@@ -93,7 +95,7 @@ class Robot:
             return self._stand(site, "its sight")
         running = self.executive.running
         if self._skill is None or self.cause is None or running is None:
-            return self._aside.step(site, self.spec, time)
+            return self._idle(site, time)
         action = running.action
         body = Body(
             spec=self.spec,
@@ -127,26 +129,25 @@ class Robot:
         """Whether it is on its way to another room."""
         return isinstance(self._skill, Drive)
 
-    def measure_waiting(self, tick: float) -> None:
-        """Count a tick spent without anything to do."""
-        self.meters = replace(self.meters, waiting=self.meters.waiting + tick)
-
     def measure_distance(self, site: Site) -> None:
         """Count the way since the last tick."""
         here = site.pose(self.id).point
         self.meters = replace(self.meters, distance=self.meters.distance + math.dist(here, self._last))
         self._last = here
 
-    def measure_journey(self, site: Site, seconds: float, distance: float) -> None:
-        """Count the time [s] and the way [m] of a journey that nobody looked at."""
-        travelling = round(self.meters.travelling + seconds, 9)
+    def measure_rest(self, seconds: float) -> None:
+        """Count a time in which nobody looked at the robot: it did what it did in the tick before [s]."""
+        self._spend(self._spends, seconds)
+
+    def measure_journey(self, site: Site, distance: float) -> None:
+        """Count the way of a journey that nobody looked at [m]."""
         way = round(self.meters.distance + distance, 6)  # the same sum in however many parts a journey is told
-        self.meters = replace(self.meters, travelling=travelling, distance=way)
+        self.meters = replace(self.meters, distance=way)
         self._last = site.pose(self.id).point
 
     @property
     def disturbed(self) -> bool:
-        """Whether its skill has to be stepped even if that waits for an arrival: it is broken, doomed, or to stop."""
+        """Whether its skill has to be stepped even if that is at rest: it is broken, doomed, or to stop."""
         return self.broken or self._mishap is not None or self._cancelled
 
     def state(self) -> dict[str, Any]:
@@ -178,8 +179,15 @@ class Robot:
     def _stand(self, site: Site, why: str) -> Under:
         """Do nothing for a tick."""
         under = Under(direct=True, standing_for=why)
-        if self._skill is not None:
-            self._measure(site, under)
+        self._measure(site, under)
+        return under
+
+    def _idle(self, site: Site, time: float) -> Under:
+        """Stand out of the way."""
+        under = self._aside.step(site, self.spec, time)
+        self._measure(site, under)
+        if self._skill is None and under == _NOTHING:
+            return Under(rest=Idle(self.executive, self.executive.mode))
         return under
 
     def _struck(self, progress: Progress, time: float) -> Progress:
@@ -193,10 +201,17 @@ class Robot:
         return progress
 
     def _measure(self, site: Site, progress: Progress) -> None:
-        tick = site.tick
-        if isinstance(progress, Under) and progress.standing_for:
-            self.meters = replace(self.meters, waiting=self.meters.waiting + tick)
-        elif isinstance(self._skill, Drive):
-            self.meters = replace(self.meters, travelling=self.meters.travelling + tick)
+        if self._skill is None:
+            self._spends = "waiting" if self.executive.mode is Mode.WAITING else ""
+        elif isinstance(progress, Under) and progress.standing_for:
+            self._spends = "waiting"
         else:
-            self.meters = replace(self.meters, working=self.meters.working + tick)
+            self._spends = "travelling" if isinstance(self._skill, Drive) else "working"
+        self._spend(self._spends, site.tick)
+
+    def _spend(self, on: str, seconds: float) -> None:
+        if on:  # rounded, so that it is the same sum in however many parts a time is told
+            self.meters = replace(self.meters, **{on: round(getattr(self.meters, on) + seconds, 9)})
+
+
+_NOTHING = Under()

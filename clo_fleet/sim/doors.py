@@ -6,6 +6,7 @@ stands in a doorway waiting. Who holds in the corridor before a door cannot step
 who have not begun to pass.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import Any
@@ -35,6 +36,7 @@ class Doors:
     def __init__(self, doors: Iterable[Door]) -> None:
         self._wide = {door.id: is_wide(door) for door in doors}
         self._queues: dict[str, list[RobotId]] = {}
+        self._changes: Counter[str] = Counter()  # of the queues
         self._urgent: set[RobotId] = set()  # who holds before a door, and who has begun to pass one
 
     def request(self, door: DoorId, way: Way, robot: RobotId, *, urgent: bool = False) -> bool:
@@ -49,6 +51,7 @@ class Doors:
         queue = self._queues.setdefault(self._lane(door, way), [])
         if robot not in queue:
             queue.append(robot)
+            self._changes[self._lane(door, way)] += 1
         if urgent and robot not in self._urgent:
             self.overtake(door, way, robot)
             self._urgent.add(robot)
@@ -57,6 +60,7 @@ class Doors:
     def overtake(self, door: DoorId, way: Way, robot: RobotId) -> None:
         """Let a robot that has asked go before all who are not urgent."""
         queue = self._queues[self._lane(door, way)]
+        self._changes[self._lane(door, way)] += 1
         queue.remove(robot)
         queue.insert(sum(other in self._urgent for other in queue), robot)
 
@@ -65,11 +69,16 @@ class Doors:
         queue = self._queues.get(self._lane(door, way), [])
         if robot in queue:
             queue.remove(robot)
+            self._changes[self._lane(door, way)] += 1
             self._urgent.discard(robot)
 
     def queue(self, door: DoorId, way: Way) -> tuple[RobotId, ...]:
         """Who may pass and who waits, in turn."""
         return tuple(self._queues.get(self._lane(door, way), ()))
+
+    def changes(self, door: DoorId, way: Way) -> int:
+        """How often that queue has changed so far."""
+        return self._changes[self._lane(door, way)]
 
     def state(self) -> dict[str, Any]:
         """The queues as plain data."""

@@ -28,6 +28,16 @@ class _Graph:
 
     floor: shapely.Geometry
     corners: Corners
+    left: dict[tuple[Disc, ...], shapely.Geometry] = field(default_factory=dict)  # by the last discs: what they leave
+
+    def free(self, discs: Sequence[Disc]) -> shapely.Geometry:
+        """The floor that some discs leave; asked for several times in a row with the same discs."""
+        key = tuple(discs)
+        if key not in self.left:
+            blocked = [shapely.Polygon(polygon(disc)) for disc in discs]
+            self.left.clear()
+            self.left[key] = shapely.difference(self.floor, shapely.union_all(blocked))
+        return self.left[key]
 
 
 @dataclass(slots=True)
@@ -115,8 +125,7 @@ def _nearest_free(graph: _Graph, point: Point, discs: Sequence[Disc]) -> Point |
     near = [disc for disc in discs if math.dist(point, disc[0]) < disc[1] - TOLERANCE]
     if not near and shapely.covers(graph.corners.roomy, here):
         return point
-    blocked = [shapely.Polygon(polygon(disc)) for disc in discs]
-    free = shapely.difference(graph.floor, shapely.union_all(blocked))
+    free = graph.free(discs)
     if free.is_empty:
         return None
     x, y = shapely.get_coordinates(shapely.shortest_line(free, here))[0]

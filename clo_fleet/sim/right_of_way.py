@@ -127,7 +127,7 @@ class RightOfWay:
 
     def decide(self, standing: Standing) -> tuple[RobotId, ...]:
         """Grant what can be granted; those who may set out now. ``standing``: who is on the floor of each room."""
-        everybody = self._stale or standing != self._standing
+        everybody = self._stale or (standing is not self._standing and standing != self._standing)
         if not everybody and not self._fresh:
             return ()
         considered = {*(self._waiting if everybody else self._fresh)}  # the others lack what nobody has given back

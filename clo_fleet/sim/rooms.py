@@ -96,6 +96,8 @@ class Rooms:
             self._robots[robot.id] = _disc(slot, robot.radius)
             self._drives.steers[slot], self._drives.push[slot] = True, robot.max_acceleration
             self._drives.mass[slot] = ROBOT_MASS
+        self._names = list(self._robots)  # by slot
+        self.moving: set[RobotId] = set()  # the robots that moved in the last step, or went on moving
         self._items: dict[ObjectId, _Disc] = {}
         for slot, thing in enumerate(sorted(objects, key=lambda spec: spec.id), len(robots)):
             self._items[thing.id] = _disc(slot, thing.radius, thing.mass)
@@ -141,7 +143,9 @@ class Rooms:
             pymunk.batch.set_space_bodies(self._space, BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE, self._in)
             self._space.step(self._substep)
         now = self._read(BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY, 5)
+        stirs = (now[:, 3:] != 0.0).any(axis=1) | (now[:, :2] != self._at[order, :2]).any(axis=1)
         self._at[order], self._velocity[order] = now[:, :3], now[:, 3:]
+        self.moving = {self._names[slot] for slot in order[stirs].tolist() if 0 <= slot < len(self._names)}
 
     def add_robot(self, robot: RobotId, pose: Pose) -> None:
         """Let a robot back into the rooms, at rest, with what it carries."""

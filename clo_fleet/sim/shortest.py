@@ -44,6 +44,8 @@ class Corners:
 
 def shortest_way(corners: Corners, begin: Point, end: Point, discs: Sequence[Disc]) -> list[Point] | None:
     """The points of the shortest way, both ends included; ``None`` if there is none."""
+    if _straight(corners.roomy, begin, end, discs):
+        return [begin, end]
     centres, reaches = np.asarray([disc[0] for disc in discs]).reshape(-1, 2), np.asarray([disc[1] for disc in discs])
     search = _Search.over(corners, begin, end, centres, reaches)
     for round_ in range(len(search.points)):
@@ -65,7 +67,7 @@ class _Search:
     centres: Points
     reaches: Points
     disc: npt.NDArray[np.intp]  # of each point on a rim, else -1
-    before: Points  # its neighbours on its rim
+    before: Points  # from it to its neighbours on its rim
     after: Points
     to_go: Points
     cost: Points
@@ -75,14 +77,14 @@ class _Search:
     @classmethod
     def over(cls, corners: Corners, begin: Point, end: Point, centres: Points, reaches: Points) -> "_Search":
         fixed = np.concatenate([np.asarray([begin, end], dtype=np.float64), corners.points])
-        rims = [polygon((tuple(at), reach)) for at, reach in zip(centres.tolist(), reaches.tolist(), strict=True)]
-        points = np.concatenate([fixed, *rims])
-        before = np.concatenate([fixed, *(np.roll(rim, 1, axis=0) for rim in rims)])
-        after = np.concatenate([fixed, *(np.roll(rim, -1, axis=0) for rim in rims)])
+        rims = _rims(centres, reaches)
+        points, before, after = (
+            np.concatenate([fixed, rims[:, order].reshape(-1, 2)]) for order in (_THIS, _BEFORE, _AFTER)
+        )
         disc = np.concatenate([np.full(len(fixed), -1), np.repeat(np.arange(len(rims)), DISC_CORNERS)])
         free = _outside(points, centres, reaches) & shapely.intersects_xy(corners.roomy, points)
         free[: len(fixed)] = True
-        points, before, after, disc = points[free], before[free], after[free], disc[free]
+        points, before, after, disc = points[free], (before - points)[free], (after - points)[free], disc[free]
         to_go = _lengths(points - points[1])
         cost, estimate = np.full(len(points), math.inf), np.full(len(points), math.inf)
         cost[0], estimate[0] = 0.0, to_go[0]
@@ -111,8 +113,7 @@ class _Search:
     def _taut(self, here: int, at: npt.NDArray[np.intp]) -> Flags:
         """Whether lines from ``here`` touch the rims where they end; from within a rim's polygon any will do."""
         along = self.points[at] - self.points[here]
-        before, after = (rim[at] - self.points[at] for rim in (self.before, self.after))
-        sides = [along[:, 0] * rim[:, 1] - along[:, 1] * rim[:, 0] for rim in (before, after)]
+        sides = [along[:, 0] * rim[:, 1] - along[:, 1] * rim[:, 0] for rim in (self.before[at], self.after[at])]
         within = np.zeros(len(at), dtype=np.bool_)
         if len(self.centres):
             outer = self.reaches / math.cos(math.pi / DISC_CORNERS) + 2 * TOLERANCE
@@ -140,10 +141,27 @@ def covered(roomy: shapely.Geometry, points: Points, pairs: npt.NDArray[np.intp]
 
 def polygon(disc: Disc) -> Points:
     """Corners of a polygon that touches the disc from outside."""
-    (x, y), reach = disc
-    outer = (reach + TOLERANCE) / math.cos(math.pi / DISC_CORNERS)
-    turns = [2 * math.pi * k / DISC_CORNERS for k in range(DISC_CORNERS)]
-    return np.asarray([(x + outer * math.cos(a), y + outer * math.sin(a)) for a in turns])
+    rim: Points = _rims(np.asarray([disc[0]]), np.asarray([disc[1]]))[0]
+    return rim
+
+
+def _rims(centres: Points, reaches: Points) -> Points:
+    """The polygons round some discs, ``(n, DISC_CORNERS, 2)``."""
+    outer = (reaches + TOLERANCE) / math.cos(math.pi / DISC_CORNERS)
+    rims: Points = centres[:, None, :] + outer[:, None, None] * _CIRCLE
+    return rims
+
+
+def _straight(roomy: shapely.Geometry, begin: Point, end: Point, discs: Sequence[Disc]) -> bool:
+    """Whether the line between two points is free, which is much cheaper to see than to search for a way."""
+    (ax, ay), (bx, by) = begin, end
+    dx, dy = bx - ax, by - ay
+    squared = max(dx * dx + dy * dy, 1e-18)
+    for (x, y), reach in discs:
+        share = min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / squared))
+        if math.hypot(ax + share * dx - x, ay + share * dy - y) < reach - TOLERANCE:
+            return False
+    return bool(shapely.covers(roomy, shapely.linestrings((begin, end))))
 
 
 def _clear(begin: Points, ends: Points, centres: Points, reaches: Points) -> Flags:
@@ -177,3 +195,9 @@ def _joined(roomy: shapely.Geometry, begin: Point, end: Point, discs: Sequence[D
     parts = shapely.get_parts(shapely.difference(roomy, solid))
     ends = [shapely.distance(parts, shapely.Point(point)) <= TOLERANCE for point in (begin, end)]
     return bool((ends[0] & ends[1]).any())
+
+
+_TURNS = math.tau * np.arange(DISC_CORNERS) / DISC_CORNERS
+_CIRCLE = np.asarray([(math.cos(turn), math.sin(turn)) for turn in _TURNS.tolist()])
+_THIS = np.arange(DISC_CORNERS)
+_BEFORE, _AFTER = np.roll(_THIS, 1), np.roll(_THIS, -1)

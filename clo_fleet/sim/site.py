@@ -23,6 +23,7 @@ from clo_fleet.sim.corridors import Corridors
 from clo_fleet.sim.doors import Doors
 from clo_fleet.sim.lanes import passages
 from clo_fleet.sim.paths import RoomPaths
+from clo_fleet.sim.right_of_way import Hindrance
 from clo_fleet.sim.rooms import Rooms
 from clo_fleet.sim.routes import Route
 from clo_fleet.sim.sightlines import Sightlines
@@ -268,6 +269,11 @@ class Site:
     def set_out(self, robot: RobotId, start: RoomId, goal: RoomId, course: Course) -> bool:
         """Ask for the right of way along a course; whether the robot has it."""
         return self.traffic.set_out(robot, start, goal, course, self._standing)
+
+    def hindrance(self, robot: RobotId) -> Hindrance | None:
+        """Why the robot that asked for the right of way does not have it, as things are now."""
+        self.traffic.right_of_way.decide(self._standing)
+        return self.traffic.hindrance(robot)
 
     def divert(self, robot: RobotId, start: RoomId, goal: RoomId, *, quicker: bool = False) -> Course | None:
         """Send a vehicle that came from ``start`` another way, into ``goal``; ``None``: that cannot be, now."""

@@ -54,6 +54,25 @@ def test_who_is_ready_overtakes_who_is_not_there_but_nobody_who_cannot_wait() ->
     assert doors.queue(NARROW.id, Way.OUT) == (R3, R1, R2)
 
 
+def test_a_queue_tells_when_it_has_changed() -> None:
+    """Whoever comes, goes or overtakes changes it; who only asks again does not, nor does another queue."""
+    doors, seen = Doors([WIDE]), set[int]()
+    for change in (
+        lambda: doors.request(WIDE.id, Way.OUT, R1),
+        lambda: doors.request(WIDE.id, Way.OUT, R2),
+        lambda: doors.overtake(WIDE.id, Way.OUT, R2),
+        lambda: doors.release(WIDE.id, Way.OUT, R1),
+    ):
+        change()
+        changes = doors.changes(WIDE.id, Way.OUT)
+        assert changes not in seen
+        seen.add(changes)
+        doors.request(WIDE.id, Way.OUT, R1 if len(seen) == 1 else R2)
+        doors.request(WIDE.id, Way.IN, R3)
+        assert doors.changes(WIDE.id, Way.OUT) == changes
+    assert doors.changes(WIDE.id, Way.IN) == 1
+
+
 def test_the_queues_survive_json() -> None:
     """Doors that take up a saved state answer as the old ones."""
     doors, again = Doors([NARROW]), Doors([NARROW])
