@@ -26,6 +26,7 @@ from clo_fleet.clo.plan import Plan, goals_of
 from clo_fleet.clo.strategies import Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.conversation import Conversation
+from clo_fleet.fleet.crowds import Crowds
 from clo_fleet.fleet.disturbances import Disturbances
 from clo_fleet.fleet.journeys import Journeys
 from clo_fleet.fleet.judge import Judge, patience
@@ -36,11 +37,8 @@ from clo_fleet.fleet.tracks import Tracks
 from clo_fleet.fleet.waits import Waits
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.repertoire import Repertoire
-from clo_fleet.robot.avoidance import Agent, Avoidance
-from clo_fleet.robot.indoors import at_doors, indoors
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
-from clo_fleet.robot.steering import along_walls
 from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
@@ -118,7 +116,6 @@ class Mission:
             else Site(world.map, world.robots, world.objects, seed=world.seed, tick=TICK)
         )
         self._truth = Truth(self._site, self._words)
-        self._avoidance = Avoidance()
         specs = sorted(world.robots, key=lambda spec: spec.id)
         of_all = self._truth.of_all
         self._robots = {
@@ -132,6 +129,7 @@ class Mission:
         self._standing: dict[str, str] = {}
         self._waits = Waits()
         self._journeys = Journeys(self._site, self._robots)
+        self._crowds = Crowds(self._site, self._robots)
         if saved and state:
             self._truth.restore(state["truth"])
             self._conversation.restore(state["conversation"])
@@ -337,30 +335,7 @@ class Mission:
                 self._end_action(robot, progress)
             robot.measure_distance(self._site)
         self._note_standing(wanted)
-        self._steer(wanted)
-
-    def _steer(self, wanted: Mapping[RobotId, Under]) -> None:
-        """Let robots in rooms avoid one another, and who holds at a door; who owns a doorway drives as it wants."""
-        bodies = [self._robots[robot] for robot in wanted if not self._site.in_corridor(robot)]
-        agents = [
-            Agent(
-                id=robot.id,
-                position=self._site.pose(robot.id).point,
-                velocity=self._site.rooms.velocity(robot.id) or (0.0, 0.0),
-                preferred=wanted[robot.id].velocity,
-                radius=robot.spec.radius,
-                max_speed=self._site.max_speed(robot.id),
-                group=str(self._site.floor(robot.id)),
-            )
-            for robot in bodies
-        ]
-        agents += at_doors(self._site)
-        for robot, velocity in zip(bodies, self._avoidance.velocities(agents), strict=False):
-            under = wanted[robot.id]
-            free = under.velocity if under.direct else along_walls(self._site, robot.spec, velocity)
-            if not (under.direct or robot.leaving):  # nobody is to be crowded out of a room in the middle of work
-                free = indoors(self._site, robot.id, free)
-            self._site.rooms.drive(robot.id, free)
+        self._crowds.steer(wanted)
 
     def _end_action(self, robot: Robot, progress: Progress) -> None:
         step, cause = robot.executive.running, robot.cause

@@ -8,8 +8,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-import networkx as nx
-
 from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.world.model import RobotId
 
@@ -80,11 +78,20 @@ class Waits:
 
 def _circle(waits: Iterable[tuple[RobotId, Wait]]) -> tuple[RobotId, ...]:
     """A circle among those who wait, from its smallest robot on; the same one for the same waits."""
-    graph: nx.DiGraph[RobotId] = nx.DiGraph()
-    graph.add_edges_from((robot, other) for robot, wait in waits for other in wait.on)
-    try:
-        circle = [edge[0] for edge in nx.find_cycle(graph)]
-    except nx.NetworkXNoCycle:
-        return ()
-    first = circle.index(min(circle))
-    return tuple(circle[first:] + circle[:first])
+    on = {robot: wait.on for robot, wait in waits}
+    cleared: set[RobotId] = set()  # no circle can be reached from them
+    for start in on:
+        path, ahead = [start], [iter(on[start])]
+        while path and start not in cleared:
+            other = next(ahead[-1], None)
+            if other is None:
+                cleared.add(path.pop())
+                ahead.pop()
+            elif other in path:
+                circle = path[path.index(other) :]
+                first = circle.index(min(circle))
+                return tuple(circle[first:] + circle[:first])
+            elif other in on and other not in cleared:
+                path.append(other)
+                ahead.append(iter(on[other]))
+    return ()

@@ -138,7 +138,7 @@ class Senses:
         words, truth = self._truth.words, self._truth.effects
         facts = {fact for name in names for fact in words.effects_on(name)}
         facts.update(fact for fact in truth if words.seen_at(fact) in names)
-        facts.update(fact for fact in beliefs if words.is_effect(fact) and words.seen_at(fact) in names)
+        facts.update(fact for fact in beliefs if fact[0] in words.effects and words.seen_at(fact) in names)
         return {fact: fact in truth for fact in sorted(facts)}
 
     def _attended(self, robot: RobotId, beliefs: frozenset[Fact], watch: Watch) -> Watch:

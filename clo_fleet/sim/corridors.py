@@ -138,11 +138,11 @@ class Corridors:
     def entry_clear(self, route: Route) -> bool:
         """Whether the route's first lane has room for one more robot just behind the door, and none waits for it."""
         first = route.edges[0]
-        if any(v.phase is Phase.ASKED and v.route.edges[0] == first for v in self._vehicles.values()):
-            return False
         with self._sumo("look at a lane") as sumo:
             there = sumo.lane.getLastStepVehicleIDs(_lane(first))
-            return all(sumo.vehicle.getLanePosition(v) - LENGTH >= ENTRY_ROOM for v in there)
+            if any(sumo.vehicle.getLanePosition(v) - LENGTH < ENTRY_ROOM for v in there):
+                return False
+        return all(v.phase is not Phase.ASKED or v.route.edges[0] != first for v in self._vehicles.values())
 
     def entry_pose(self, route: Route) -> Pose:
         """Where a robot is when it has just entered on this route."""

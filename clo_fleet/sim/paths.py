@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import shapely
 
-from clo_fleet.sim.shortest import TOLERANCE, Corners, Disc, Points, covered, polygon, shortest_way
+from clo_fleet.sim.shortest import TOLERANCE, Corners, Disc, Points, covered, rims, shortest_way
 from clo_fleet.sim.walls import Area
 from clo_fleet.world.model import Point
 
@@ -34,7 +34,8 @@ class _Graph:
         """The floor that some discs leave; asked for several times in a row with the same discs."""
         key = tuple(discs)
         if key not in self.left:
-            blocked = [shapely.Polygon(polygon(disc)) for disc in discs]
+            centres = np.asarray([disc[0] for disc in discs]).reshape(-1, 2)
+            blocked = shapely.polygons(rims(centres, np.asarray([disc[1] for disc in discs])))
             self.left.clear()
             self.left[key] = shapely.difference(self.floor, shapely.union_all(blocked))
         return self.left[key]

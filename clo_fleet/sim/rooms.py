@@ -97,7 +97,8 @@ class Rooms:
             self._drives.steers[slot], self._drives.push[slot] = True, robot.max_acceleration
             self._drives.mass[slot] = ROBOT_MASS
         self._names = list(self._robots)  # by slot
-        self.moving: set[RobotId] = set()  # the robots that moved in the last step, or went on moving
+        self.moving: set[RobotId] = set()  # the robots that moved or turned in the last step, or go on moving
+        self._known: dict[RobotId, Pose] = {}  # the poses that somebody has asked for since they changed
         self._items: dict[ObjectId, _Disc] = {}
         for slot, thing in enumerate(sorted(objects, key=lambda spec: spec.id), len(robots)):
             self._items[thing.id] = _disc(slot, thing.radius, thing.mass)
@@ -143,9 +144,11 @@ class Rooms:
             pymunk.batch.set_space_bodies(self._space, BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE, self._in)
             self._space.step(self._substep)
         now = self._read(BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY, 5)
-        stirs = (now[:, 3:] != 0.0).any(axis=1) | (now[:, :2] != self._at[order, :2]).any(axis=1)
+        stirs = (now[:, 3:] != 0.0).any(axis=1) | (now[:, :3] != self._at[order]).any(axis=1)
         self._at[order], self._velocity[order] = now[:, :3], now[:, 3:]
         self.moving = {self._names[slot] for slot in order[stirs].tolist() if 0 <= slot < len(self._names)}
+        for robot in self.moving:
+            self._known.pop(robot, None)
 
     def add_robot(self, robot: RobotId, pose: Pose) -> None:
         """Let a robot back into the rooms, at rest, with what it carries."""
@@ -177,12 +180,20 @@ class Rooms:
 
     def pose(self, robot: RobotId) -> Pose | None:
         """Where a robot is; ``None`` while it is in a corridor."""
-        return _pose(self._at[self._robots[robot].slot].tolist()) if self._custody.present(robot) else None
+        if not self._custody.present(robot):
+            return None
+        if robot not in self._known:
+            self._known[robot] = _pose(self._at[self._robots[robot].slot].tolist())
+        return self._known[robot]
 
     def poses(self) -> dict[RobotId, Pose]:
         """Where each robot in the rooms is, in the order of their ids."""
         at = self._at.tolist()
         return {robot: _pose(at[self._robots[robot].slot]) for robot in self._custody.here()}
+
+    def present(self) -> list[RobotId]:
+        """The robots in the rooms, in the order of their ids."""
+        return self._custody.here()
 
     def velocity(self, robot: RobotId) -> tuple[float, float] | None:
         """How fast a robot moves [m/s]; ``None`` while it is in a corridor."""
@@ -325,6 +336,8 @@ class Rooms:
         self._order = None
 
     def _put(self, disc: _Disc, pose: Pose, velocity: Sequence[float] = (0.0, 0.0)) -> None:
+        if disc.slot < len(self._names):
+            self._known.pop(self._names[disc.slot], None)
         disc.body.position, disc.body.angle = pose.point, pose.heading
         disc.body.velocity, disc.body.angular_velocity = (velocity[0], velocity[1]), 0.0
         self._space.reindex_shapes_for_body(disc.body)

@@ -16,7 +16,7 @@ import shapely
 
 from clo_fleet.world.model import Point
 
-__all__ = ["TOLERANCE", "Corners", "Disc", "Points", "covered", "polygon", "shortest_way"]
+__all__ = ["TOLERANCE", "Corners", "Disc", "Points", "covered", "rims", "shortest_way"]
 
 TOLERANCE = 1e-6  # [m] a path may lie on the edge of the free floor, or touch a disc
 DISC_CORNERS = 12  # corners of the polygon round a disc: at most 3.5 % longer than the circle
@@ -77,11 +77,11 @@ class _Search:
     @classmethod
     def over(cls, corners: Corners, begin: Point, end: Point, centres: Points, reaches: Points) -> "_Search":
         fixed = np.concatenate([np.asarray([begin, end], dtype=np.float64), corners.points])
-        rims = _rims(centres, reaches)
+        around = rims(centres, reaches)
         points, before, after = (
-            np.concatenate([fixed, rims[:, order].reshape(-1, 2)]) for order in (_THIS, _BEFORE, _AFTER)
+            np.concatenate([fixed, around[:, order].reshape(-1, 2)]) for order in (_THIS, _BEFORE, _AFTER)
         )
-        disc = np.concatenate([np.full(len(fixed), -1), np.repeat(np.arange(len(rims)), DISC_CORNERS)])
+        disc = np.concatenate([np.full(len(fixed), -1), np.repeat(np.arange(len(around)), DISC_CORNERS)])
         free = _outside(points, centres, reaches) & shapely.intersects_xy(corners.roomy, points)
         free[: len(fixed)] = True
         points, before, after, disc = points[free], (before - points)[free], (after - points)[free], disc[free]
@@ -139,17 +139,11 @@ def covered(roomy: shapely.Geometry, points: Points, pairs: npt.NDArray[np.intp]
     return np.asarray(shapely.covers(roomy, lines), dtype=np.bool_)
 
 
-def polygon(disc: Disc) -> Points:
-    """Corners of a polygon that touches the disc from outside."""
-    rim: Points = _rims(np.asarray([disc[0]]), np.asarray([disc[1]]))[0]
-    return rim
-
-
-def _rims(centres: Points, reaches: Points) -> Points:
-    """The polygons round some discs, ``(n, DISC_CORNERS, 2)``."""
+def rims(centres: Points, reaches: Points) -> Points:
+    """Corners of polygons that touch some discs from outside, ``(n, DISC_CORNERS, 2)``."""
     outer = (reaches + TOLERANCE) / math.cos(math.pi / DISC_CORNERS)
-    rims: Points = centres[:, None, :] + outer[:, None, None] * _CIRCLE
-    return rims
+    corners: Points = centres[:, None, :] + outer[:, None, None] * _CIRCLE
+    return corners
 
 
 def _straight(roomy: shapely.Geometry, begin: Point, end: Point, discs: Sequence[Disc]) -> bool:
@@ -191,7 +185,8 @@ def _lengths(vectors: Points) -> Points:
 
 def _joined(roomy: shapely.Geometry, begin: Point, end: Point, discs: Sequence[Disc]) -> bool:
     """Whether both points lie on one piece of the floor that the discs leave; what it denies is so."""
-    solid = shapely.union_all([shapely.Point(at).buffer(reach - TOLERANCE, quad_segs=6) for at, reach in discs])
+    centres = shapely.points([disc[0] for disc in discs]) if discs else []
+    solid = shapely.union_all(shapely.buffer(centres, [disc[1] - TOLERANCE for disc in discs], quad_segs=6))
     parts = shapely.get_parts(shapely.difference(roomy, solid))
     ends = [shapely.distance(parts, shapely.Point(point)) <= TOLERANCE for point in (begin, end)]
     return bool((ends[0] & ends[1]).any())

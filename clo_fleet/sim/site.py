@@ -89,6 +89,7 @@ class Site:
         self._inserting: dict[RobotId, Route] = {}  # bodies for whom SUMO has a vehicle pending
         self._leaving: dict[RobotId, Point] = {}  # bodies whose vehicle still keeps the place at the door for them
         self._place: dict[RobotId, PlaceId] = {}
+        self._settled: set[RobotId] = set()  # who was in the same place in the last two steps
         for spec in robots:
             self._place[spec.id] = PlaceId(spec.room)
         self._object_place = {spec.id: (spec.position, spec.room) for spec in self._objects.values()}
@@ -351,11 +352,13 @@ class Site:
         for robot in entered:
             self.rooms.remove_robot(robot)
             self._vehicle[robot] = self._inserting.pop(robot)
-        poses = self.rooms.poses()
-        for robot in [robot for robot, held in self._leaving.items() if math.dist(poses[robot].point, held) >= LEFT]:
+        for robot in [r for r, held in self._leaving.items() if math.dist(self.pose(r).point, held) >= LEFT]:
             self._give_up_place(robot)
-        for robot, pose in poses.items():
-            self._place[robot] = self._place_at(pose.point, self._place[robot])
+        for robot in self.rooms.present():
+            if robot not in self._settled or robot in self.rooms.moving:
+                place, last = self._place_at(self.pose(robot).point, self._place[robot]), self._place[robot]
+                self._place[robot] = place
+                (self._settled.add if place == last else self._settled.discard)(robot)
         self._note_who_is_where()
         self.traffic.step(self._standing)
         return entered

@@ -78,6 +78,7 @@ class Vocabulary:
         types: each type with its objects, in the order of the binding.
         given: the facts that hold for good.
         beginning: the effects that hold at the start.
+        effects: the predicates of effects.
         shown: what one can see effects at.
     """
 
@@ -93,6 +94,7 @@ class Vocabulary:
             by_kind[sensor.kind].append(sensor)
         self._by_kind = {kind: tuple(sensors) for kind, sensors in by_kind.items()}
         effects = self._by_kind[SensorKind.EFFECTS]
+        self.effects = frozenset(sensor.predicate for sensor in effects)
         self.shown = frozenset(name for s in effects if s.seen for name in s.admits[s.seen - 1])
         self._known: dict[tuple[SensorKind, tuple[str, ...]], tuple[Fact, ...]] = {}
         kinds = {name: sensor.kind for name, sensor in binding.sensors}
@@ -112,7 +114,7 @@ class Vocabulary:
 
     def is_effect(self, fact: Fact) -> bool:
         """Whether the fact is an effect: one that the poses do not show."""
-        return fact[0] in self._sensors and self._sensors[fact[0]].kind is SensorKind.EFFECTS
+        return fact[0] in self.effects
 
     def sensed(self, fact: Fact) -> bool:
         """Whether the fact is one about the state of bodies, or an effect: whether senses can tell."""

@@ -12,7 +12,7 @@ import pytest
 import shapely
 
 from clo_fleet.sim.paths import MARGIN, RoomPaths
-from clo_fleet.sim.shortest import polygon
+from clo_fleet.sim.shortest import rims
 from clo_fleet.sim.walls import Area
 from clo_fleet.world.model import Point
 
@@ -36,7 +36,8 @@ def idle(n: int, seed: int) -> list[tuple[Point, float]]:
 def everything(things: list[tuple[Point, float]]) -> None:
     """A graph of all points, all lines between them and all discs, and the shortest way in it."""
     around = [(at, size + RADIUS + MARGIN) for at, size in things]
-    points = np.asarray([BEGIN, END, *(corner for disc in around for corner in polygon(disc).tolist())])
+    polygons = rims(np.asarray([at for at, _ in around]), np.asarray([reach for _, reach in around]))
+    points = np.asarray([BEGIN, END, *polygons.reshape(-1, 2).tolist()])
     pairs = np.asarray(list(itertools.combinations(range(len(points)), 2)))
     lines = shapely.linestrings(points[pairs])
     clear = np.ones(len(pairs), dtype=bool)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clo_fleet.sim.paths import MARGIN, RoomPaths
-from clo_fleet.sim.shortest import polygon
+from clo_fleet.sim.shortest import rims
 from clo_fleet.sim.walls import Area
 from clo_fleet.world.model import Point
 
@@ -37,7 +37,8 @@ def slow(begin: Point, end: Point, things: list[tuple[Point, float]]) -> float |
     """The length of the shortest way over all corners of the floor and of all polygons round discs."""
     around = [(at, size + RADIUS + MARGIN) for at, size in things]
     corners = [tuple(corner) for corner in shapely.get_coordinates(FLOOR).tolist()]
-    points = [begin, end, *corners, *(tuple(corner) for disc in around for corner in polygon(disc).tolist())]
+    polygons = rims(np.asarray([at for at, _ in around]).reshape(-1, 2), np.asarray([reach for _, reach in around]))
+    points = [begin, end, *corners, *map(tuple, polygons.reshape(-1, 2).tolist())]
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from((0, 1))
     pairs = np.asarray(list(itertools.combinations(range(len(points)), 2)))
