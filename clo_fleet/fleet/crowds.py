@@ -5,15 +5,16 @@ was told then: everything that it could be told follows from that.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, islice
 
+from clo_fleet.robot.apart import keep_apart
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.indoors import at_doors, indoors
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Under
 from clo_fleet.robot.steering import along_walls
 from clo_fleet.sim.site import Site
-from clo_fleet.world.model import RobotId, RoomId
+from clo_fleet.world.model import Point, RobotId, RoomId
 
 __all__ = ["Crowds"]
 
@@ -41,10 +42,25 @@ class Crowds:
                 crowds.setdefault(self._site.floor(robot), []).append(wish)
         last, self._last = self._last, {room: (crowd, holding.get(str(room), [])) for room, crowd in crowds.items()}
         stirred = [room for room, now in self._last.items() if room not in last or self._stirs(last[room], now)]
-        wishes = list(chain.from_iterable(crowds[room] for room in stirred))
-        agents = [*self._agents(stirred), *chain.from_iterable(self._last[room][1] for room in stirred)]
-        for (robot, under, _), velocity in zip(wishes, self._avoidance.velocities(agents), strict=False):
+        agents = {room: [*self._agents(room), *self._last[room][1]] for room in stirred}
+        steered = iter(self._avoidance.velocities(list(chain.from_iterable(agents.values()))))
+        for room, here in agents.items():
+            self._drive(room, here, list(islice(steered, len(here))))
+
+    def _drive(self, room: RoomId | None, agents: Sequence[Agent], steered: list[Point]) -> None:
+        """Tell the robots of a room how to go on, of what avoidance leaves them as much as keeps them apart."""
+        crowd = self._last[room][0]
+        for number, (_, under, _) in enumerate(crowd):
+            steered[number] = under.velocity if under.direct else steered[number]
+        beyond = [agent for other in self._beyond(room) for agent in self._agents(other)]
+        kept = keep_apart([*agents, *beyond], [*steered, *(agent.velocity for agent in beyond)], self._site.tick)
+        for (robot, under, _), velocity in zip(crowd, kept, strict=False):
             self._site.rooms.drive(robot, self._free(self._robots[robot], under, velocity))
+
+    def _beyond(self, room: RoomId | None) -> list[RoomId]:
+        """The rooms with robots straight behind the doors of a room, sorted."""
+        doors = self._site.doors_of(room) if room is not None else ()
+        return sorted({other for door in doors for other in door.rooms if other in self._last} - {room})
 
     def _stirs(self, last: tuple[list[Wish], list[Agent]], now: tuple[list[Wish], list[Agent]]) -> bool:
         """Whether anything in a room is other than it was; the wishes of those at rest are the very same."""
@@ -57,23 +73,23 @@ class Crowds:
             for a, b in zip(before, crowd, strict=True)
         )
 
-    def _agents(self, rooms: Sequence[RoomId | None]) -> Iterator[Agent]:
+    def _agents(self, room: RoomId | None) -> Iterator[Agent]:
         site = self._site
-        for room in rooms:
-            for robot, under, max_speed in self._last[room][0]:
-                yield Agent(
-                    id=robot,
-                    position=site.pose(robot).point,
-                    velocity=site.rooms.velocity(robot) or (0.0, 0.0),
-                    preferred=under.velocity,
-                    radius=site.robot_radius(robot),
-                    max_speed=max_speed,
-                    group=str(room),
-                )
+        for robot, under, max_speed in self._last[room][0]:
+            yield Agent(
+                id=robot,
+                position=site.pose(robot).point,
+                velocity=site.rooms.velocity(robot) or (0.0, 0.0),
+                preferred=under.velocity,
+                radius=site.robot_radius(robot),
+                max_speed=max_speed,
+                max_acceleration=self._robots[robot].spec.max_acceleration,
+                group=str(room),
+            )
 
     def _free(self, robot: Robot, under: Under, velocity: tuple[float, float]) -> tuple[float, float]:
-        """What the robot is to strive for, of what avoidance leaves it."""
-        free = under.velocity if under.direct else along_walls(self._site, robot.spec, velocity)
+        """What the robot is to strive for, of what the others leave it."""
+        free = velocity if under.direct else along_walls(self._site, robot.spec, velocity)
         if under.direct or robot.leaving:
             return free
         return indoors(self._site, robot.id, free)  # nobody is to be crowded out of a room in the middle of work

@@ -39,6 +39,7 @@ class Agent:
         preferred: how it would move if it were alone [m/s]; zero: it stands, but steps aside if it must.
         radius: [m].
         max_speed: [m/s].
+        max_acceleration: [m/s2].
         group: only agents of the same group see each other, such as those of one room.
     """
 
@@ -48,6 +49,7 @@ class Agent:
     preferred: tuple[float, float]
     radius: float = 0.3
     max_speed: float = 1.0
+    max_acceleration: float = 1.0
     group: str = ""
 
 

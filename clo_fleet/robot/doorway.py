@@ -15,12 +15,15 @@ from clo_fleet.world.model import Door, Point, RobotId, RobotSpec, RoomId
 __all__ = ["GATE", "INSIDE", "clear", "gate", "in_the_way", "inward", "lane", "throat", "waiting_point"]
 
 GATE = 0.5  # [m] inside the door: from here on the way out is straight
+RUN_UP = 0.9  # [m] the same before a wide door: who comes from the side has to be in line before it meets another
 INSIDE = 0.9  # [m] inside the door: who came in is through
 THROAT = 0.15  # [m] outside a narrow door: only from here on does the way turn off to the lane
 LANE = 0.35  # [m] from the middle of a wide door to the middle of what is kept to, as in the corridors
 SIDE = 0.08  # [m] at least, between a robot's rim and the side of a door
 BESIDE = 0.05  # [m] at least, between who comes in and those who stand about
-WAITING = tuple((inside, right) for right in (0.95, -1.15, 1.7, -1.9) for inside in (1.0, 1.8, 2.6))  # [m] to the right
+WAITING = tuple(
+    (inside, right) for right in (0.95, -1.15, 1.7, -1.9) for inside in (1.0, 1.8, 2.6)
+)  # [m] to the right of who passes on that side
 NUDGED = 0.15  # [m] by which who comes in may push others aside, if it must
 BERTH = 0.2  # [m] at least, between those who pass and who stands out of their way
 DEPTH = 1.5  # [m] inside the door: so far those who pass need the floor to themselves
@@ -38,8 +41,10 @@ def lane(door: Door, radius: float, *, out: bool) -> float:
     return side if out else -side
 
 
-def gate(door: Door, room: RoomId, radius: float, *, out: bool, inside: float = GATE) -> Point:
+def gate(door: Door, room: RoomId, radius: float, *, out: bool, inside: float | None = None) -> Point:
     """The point ``inside`` the room from the door's line on the way that robots keep to."""
+    if inside is None:
+        inside = RUN_UP if is_wide(door) else GATE
     return _inner(door, room, inside, lane(door, radius, out=out))
 
 
@@ -76,8 +81,9 @@ def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Poin
 def _waiting_points(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Iterator[Point]:
     """The places to wait beside a door that walls, obstacles and other doors leave, the nearest on the right first."""
     others = [other for other in site.doors_of(room) if other.id != door.id]
+    side = lane(door, spec.radius, out=True)
     for inside, right in WAITING:
-        point = _inner(door, room, inside, right)
+        point = _inner(door, room, inside, right + math.copysign(side, right))
         free = site.paths(room).nearest_free(point, spec.radius)
         if free is None or math.dist(point, free) > FREE:
             continue

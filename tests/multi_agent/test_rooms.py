@@ -8,11 +8,13 @@ import pytest
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.robot.apart import keep_apart
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive
 from clo_fleet.robot.skill import Body, Done, OfferStatus, Under
 from clo_fleet.robot.steering import Steering, along_walls
+from clo_fleet.sim.doors import is_wide
 from clo_fleet.sim.rooms import Contacts
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
@@ -146,8 +148,10 @@ class Crowd:
             )
             for spec, under in zip(self.specs, wanted, strict=True)
         ]
-        for spec, under, velocity in zip(self.specs, wanted, Avoidance().velocities(agents), strict=True):
-            self.site.rooms.drive(spec.id, under.velocity if under.direct else along_walls(self.site, spec, velocity))
+        steered = Avoidance().velocities(agents)
+        free = [under.velocity if under.direct else velocity for under, velocity in zip(wanted, steered, strict=True)]
+        for spec, under, velocity in zip(self.specs, wanted, keep_apart(agents, free, TICK), strict=True):
+            self.site.rooms.drive(spec.id, velocity if under.direct else along_walls(self.site, spec, velocity))
         self.site.step()
 
     def until_arrived(self, limit: float) -> float:
@@ -243,9 +247,9 @@ def test_a_thing_in_the_only_gap_is_pushed_and_the_robot_comes_through() -> None
 
 @pytest.mark.parametrize(("door", "n", "limit"), [(1.8, 8, 40.0), (1.8, 16, 90.0), (1.2, 8, 60.0), (1.2, 16, 200.0)])
 def test_two_streams_pass_a_door_in_both_directions(door: float, n: int, limit: float) -> None:
-    """All come through, keeping right in a wide door and by turns in a narrow one; few touch: one in four at most."""
+    """All come through, keeping right in a wide door without a touch, by turns in a narrow one with two at most."""
     starts, rooms = streams(n)
     crowd = Crowd(two_halls(door), starts, rooms=rooms)
     crowd.until_arrived(limit)
-    assert crowd.contacts.robot_robot <= max(2, n // 4)
+    assert crowd.contacts.robot_robot <= (0 if is_wide(crowd.building.doors[0]) else 2)
     assert crowd.contacts.robot_wall <= n // 2

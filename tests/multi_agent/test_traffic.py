@@ -14,6 +14,7 @@ import shapely
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.robot.apart import keep_apart
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive
@@ -137,9 +138,12 @@ class Crowd:
             )
             for spec in bodies
         ]
-        for spec, velocity in zip(bodies, Avoidance().velocities(agents), strict=True):
-            under = self.wanted[spec.id]
-            self.site.rooms.drive(spec.id, under.velocity if under.direct else velocity)
+        free = [
+            self.wanted[agent.id].velocity if self.wanted[agent.id].direct else velocity
+            for agent, velocity in zip(agents, Avoidance().velocities(agents), strict=True)
+        ]
+        for spec, velocity in zip(bodies, keep_apart(agents, free, TICK), strict=True):
+            self.site.rooms.drive(spec.id, velocity)
         self.site.step()
         self.look()
 
