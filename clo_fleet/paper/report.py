@@ -84,7 +84,8 @@ class _Tables:
         yield f"{len(compared) - len(outside)} of {len(compared)} of the paper's numbers of actions lie inside ours."
         fewest = min((len(cell.rows) for cell in compared), default=FEW)
         if fewest < FEW:
-            yield f"Some cells have only {fewest} seeds: their percentiles are the least and the greatest of those."
+            few = "one seed" if fewest == 1 else f"{fewest} seeds"
+            yield f"Some cells have only {few}: their percentiles are the least and the greatest of what there is."
         for cell in outside:
             assert cell.paper is not None
             ours = "-" if cell.dash else _spread(cell.executed)
