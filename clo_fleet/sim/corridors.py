@@ -244,10 +244,9 @@ class Corridors:
         vehicle = self._vehicle(robot)
         if vehicle.phase is Phase.DRIVING:
             raise CorridorsMisuseError(f"robot {robot!r} is on its way to door {vehicle.route.end!r}")
-        with self._sumo("find a robot") as sumo:
-            asked = vehicle.phase is Phase.ASKED
-            pose = self.entry_pose(vehicle.route) if asked else _vehicle_pose(sumo, robot)
+        asked = vehicle.phase is Phase.ASKED
         with self._sumo(f"remove robot {robot!r}") as sumo:
+            pose = self.entry_pose(vehicle.route) if asked else _vehicle_pose(sumo, robot)
             sumo.vehicle.remove(robot)
         del self._vehicles[robot]
         self._clear_on.pop(robot, None)
@@ -348,10 +347,10 @@ class Corridors:
             sumo.vehicle.replaceStop(robot, 0, "")
             shut = sorted(self._closed.intersection(route.edges[: number + 1]))
             for edge in shut:  # SUMO wants a route to be open where the robot has been as well
-                sumo.lane.setDisallowed(_lane(edge), [])
+                _open(sumo, edge)
             sumo.vehicle.setRoute(robot, route.edges[number:])
             for edge in shut:
-                sumo.lane.setDisallowed(_lane(edge), ["all"])
+                _close(sumo, edge)
             last = route.edges[-1]
             sumo.vehicle.setStop(robot, last, sumo.lane.getLength(_lane(last)), 0, FOR_EVER, 0)
         vehicle.route = route
@@ -359,13 +358,13 @@ class Corridors:
     def close_edge(self, edge: str) -> None:
         """Let nobody drive onto an edge any more; who is on it drives on."""
         with self._sumo(f"close {edge!r}") as sumo:
-            sumo.lane.setDisallowed(_lane(edge), ["all"])
+            _close(sumo, edge)
         self._closed.add(edge)
 
     def open_edge(self, edge: str) -> None:
         """Let robots drive onto an edge again."""
         with self._sumo(f"open {edge!r}") as sumo:
-            sumo.lane.setDisallowed(_lane(edge), [])
+            _open(sumo, edge)
         self._closed.discard(edge)
 
     def waiting(self) -> dict[RobotId, RobotId | None]:
@@ -457,7 +456,7 @@ class Corridors:
         for robot, vehicle in self._vehicles.items():
             self._give_type(sumo, robot, vehicle.max_speed)
         for edge in sorted(self._closed):
-            sumo.lane.setDisallowed(_lane(edge), ["all"])
+            _close(sumo, edge)
 
     def _give_type(self, sumo: Any, robot: RobotId, max_speed: float) -> str:
         """The robot's own vehicle type, with its speed.
@@ -512,6 +511,14 @@ class Corridors:
 
 def _lane(edge: str) -> str:
     return f"{edge}_0"
+
+
+def _close(sumo: Any, edge: str) -> None:
+    sumo.lane.setDisallowed(_lane(edge), ["all"])
+
+
+def _open(sumo: Any, edge: str) -> None:
+    sumo.lane.setDisallowed(_lane(edge), [])
 
 
 def _vehicle_pose(sumo: Any, robot: RobotId) -> Pose:
