@@ -29,6 +29,7 @@ from clo_fleet.testing.assertions import (
 )
 from clo_fleet.testing.buildings import rooms_in_a_row, rooms_on_a_corridor, shipped_map
 from clo_fleet.testing.fixtures import FleetWorld, RunFleet
+from clo_fleet.testing.recorded import events_of
 from clo_fleet.testing.worlds import NoSpotError, UnsoundWorldError, WorldBuilder
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "assert_outcome",
     "assert_replanned",
     "assert_sound",
+    "events_of",
     "rooms_in_a_row",
     "rooms_on_a_corridor",
     "shipped_map",

@@ -9,7 +9,7 @@ from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.study.run import Run
 from clo_fleet.study.shipped import shipped
-from clo_fleet.testing import RunFleet, shipped_map
+from clo_fleet.testing import RunFleet, events_of, shipped_map
 from clo_fleet.world.disturbances import ObjectMoved, RobotSlowed
 from clo_fleet.world.events import ActionEnded, ActionStarted, FactChanged, GoalsReached, Waiting
 from clo_fleet.world.model import (
@@ -79,11 +79,7 @@ def endings(run: Run, robot: str) -> list[tuple[str, str, str]]:
 
 def time_of(run: Run, kind: type, **fields: str) -> float:
     """When such an event was first recorded [s]."""
-    return next(
-        time
-        for _, time, event in run.log
-        if isinstance(event, kind) and all(getattr(event, name) == value for name, value in fields.items())
-    )
+    return events_of(run, kind, **fields)[0][0]
 
 
 def mid_grasp(run: Run) -> None:

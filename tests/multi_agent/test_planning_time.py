@@ -1,27 +1,19 @@
 """Simulated planning time: each mode delays answers as it says, and robots go on with what they are doing."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
 
 from clo_fleet.fleet.mission import TICK
 from clo_fleet.planning.pool import PlannerPool
-from clo_fleet.study.run import Run, planner_pool
+from clo_fleet.study.run import Run
 from clo_fleet.testing.assertions import assert_goals_reached
 from clo_fleet.testing.buildings import rooms_in_a_row
 from clo_fleet.testing.worlds import WorldBuilder
 from clo_fleet.world.disturbances import ObjectMoved
 from clo_fleet.world.events import ActionEnded, ActionStarted, PlanFollowed, PlanRequested
 from clo_fleet.world.model import ObjectId, Perception, PerceptionMode, PlanningTime, World
-
-
-@pytest.fixture(scope="module")
-def planners() -> Iterator[PlannerPool]:
-    """Planner processes for all runs of this file."""
-    with planner_pool() as pool:
-        yield pool
 
 
 def world(planning: PlanningTime, moved: float = 3.0) -> World:
@@ -48,9 +40,9 @@ def answers(run: Run) -> list[tuple[float, float, int]]:
     ],
     ids=["zero", "fixed", "per expansion", "both"],
 )
-def test_an_answer_comes_when_the_planning_time_is_over(planning: PlanningTime, planners: PlannerPool) -> None:
+def test_an_answer_comes_when_the_planning_time_is_over(planning: PlanningTime, fleet_planners: PlannerPool) -> None:
     """At the next tick; with none, in the tick of the question."""
-    with Run(world(planning), "replan", planners=planners) as run:
+    with Run(world(planning), "replan", planners=fleet_planners) as run:
         run.finish()
     assert_goals_reached(run)
     found = answers(run)
@@ -62,9 +54,9 @@ def test_an_answer_comes_when_the_planning_time_is_over(planning: PlanningTime, 
     assert spent == pytest.approx(sum(planning.fixed + planning.per_expansion * n for *_, n in found))
 
 
-def test_the_running_action_goes_on_while_the_planner_plans(planners: PlannerPool) -> None:
+def test_the_running_action_goes_on_while_the_planner_plans(fleet_planners: PlannerPool) -> None:
     """The robot drives on through the door, does nothing new, and then follows the new plan."""
-    with Run(world(PlanningTime(fixed=10.0), moved=12.0), "replan", planners=planners) as run:
+    with Run(world(PlanningTime(fixed=10.0), moved=12.0), "replan", planners=fleet_planners) as run:
         run.finish()
     assert_goals_reached(run)
     _, (asked, answered, _), *_ = answers(run)

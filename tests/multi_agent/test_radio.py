@@ -1,12 +1,11 @@
 """What becomes of a team whose radio is late, out of range, or loses messages: nobody hangs, and nobody is misled."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
 
 from clo_fleet.planning.pool import PlannerPool
-from clo_fleet.study.run import Run, planner_pool
+from clo_fleet.study.run import Run
 from clo_fleet.testing.assertions import assert_goals_reached
 from clo_fleet.testing.buildings import rooms_in_a_row
 from clo_fleet.testing.worlds import WorldBuilder
@@ -16,13 +15,6 @@ from clo_fleet.world.model import Radio, RobotId, World
 
 PROMISED = "for what another robot has in hand"
 NO_PLAN = "no plan exists as things are believed"
-
-
-@pytest.fixture(scope="module")
-def planners() -> Iterator[PlannerPool]:
-    """Planners for all runs of this file."""
-    with planner_pool() as pool:
-        yield pool
 
 
 def deliveries(radio: Radio, seed: int = 0) -> World:
@@ -39,9 +31,9 @@ def deliveries(radio: Radio, seed: int = 0) -> World:
     return replace(world, radio=radio, seed=seed)
 
 
-def finished(world: World, planners: PlannerPool) -> Run:
+def finished(world: World, fleet_planners: PlannerPool) -> Run:
     """The world run to its end."""
-    with Run(world, "clo", planners=planners) as run:
+    with Run(world, "clo", planners=fleet_planners) as run:
         run.finish()
         return run
 
@@ -56,22 +48,22 @@ def waits(run: Run, robot: str) -> list[tuple[float, str]]:
     [(Radio(loss=0.7), 2), (Radio(loss=0.3), 0), (Radio(delay=5.0), 0), (Radio(range=3.0), 0)],
     ids=["loses most", "loses some", "late", "short"],
 )
-def test_what_is_lost_or_late_is_heard_in_the_end(radio: Radio, seed: int, planners: PlannerPool) -> None:
+def test_what_is_lost_or_late_is_heard_in_the_end(radio: Radio, seed: int, fleet_planners: PlannerPool) -> None:
     """A robot that missed a promise, its withdrawal, or the deed itself goes on when that is said again."""
-    assert_goals_reached(finished(deliveries(radio, seed), planners))
+    assert_goals_reached(finished(deliveries(radio, seed), fleet_planners))
 
 
-def test_the_same_messages_are_lost_again(planners: PlannerPool) -> None:
+def test_the_same_messages_are_lost_again(fleet_planners: PlannerPool) -> None:
     """Two runs of the same world and seed have the same log."""
     world = deliveries(Radio(loss=0.5, delay=1.0, range=8.0), 1)
-    assert finished(world, planners).log == finished(world, planners).log
+    assert finished(world, fleet_planners).log == finished(world, fleet_planners).log
 
 
-def test_news_takes_its_time(planners: PlannerPool) -> None:
+def test_news_takes_its_time(fleet_planners: PlannerPool) -> None:
     """With a delay of 3 s a robot in another room learns of a deed 3 s after it was done."""
     told = {}
     for delay in (0.0, 3.0):
-        run = finished(deliveries(Radio(delay=delay)), planners)
+        run = finished(deliveries(Radio(delay=delay)), fleet_planners)
         told[delay] = next(
             time
             for _, time, event in run.log
@@ -80,9 +72,9 @@ def test_news_takes_its_time(planners: PlannerPool) -> None:
     assert told[3.0] == pytest.approx(told[0.0] + 3.0)
 
 
-def test_first_plans_are_known_to_all_even_if_nothing_else_is_ever_heard(planners: PlannerPool) -> None:
+def test_first_plans_are_known_to_all_even_if_nothing_else_is_ever_heard(fleet_planners: PlannerPool) -> None:
     """They are exchanged before anybody leaves; then with every message lost the run still ends, and says why."""
-    run = finished(deliveries(Radio(loss=1.0)), planners)
+    run = finished(deliveries(Radio(loss=1.0)), fleet_planners)
     result = run.result()
     assert result.outcome == "no_plan"
     assert result.robots["r2"].goals_reached
@@ -95,7 +87,7 @@ def test_first_plans_are_known_to_all_even_if_nothing_else_is_ever_heard(planner
     }
 
 
-def test_a_promise_of_a_robot_that_is_not_heard_any_more_lapses(planners: PlannerPool) -> None:
+def test_a_promise_of_a_robot_that_is_not_heard_any_more_lapses(fleet_planners: PlannerPool) -> None:
     """r2 takes the cup, breaks down, and r1 gets out of its range: r1 stops counting on it after the time given."""
     world = (
         WorldBuilder(rooms_in_a_row("a", "b", "c"))
@@ -106,7 +98,7 @@ def test_a_promise_of_a_robot_that_is_not_heard_any_more_lapses(planners: Planne
         .build()
     )
     world = replace(world, until=40.0, radio=Radio(range=6.0, promise=20.0, repeat=2.0))
-    run = finished(world, planners)
+    run = finished(world, fleet_planners)
     said = waits(run, "r1")
     assert [why for _, why in said if why in (PROMISED, NO_PLAN)] == [PROMISED, NO_PLAN]
     lapsed = next(time for time, why in said if why == NO_PLAN)
