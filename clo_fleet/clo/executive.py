@@ -248,14 +248,15 @@ class Executive:
     def _plan_missing(self, event: PlanMissing) -> list[Command]:
         data = self._data
         question, data.question = data.question, None
+        deaths, data.planner_deaths = data.planner_deaths, 0
         if data.new_goals:  # the question was about others
             return [] if self._mind.reached() or self._mind.sound() else self._mind.ask("the goals have changed")
         if event.failure is PlanFailure.NO_PLAN:
             data.unsolvable = question
         if event.failure is PlanFailure.NO_PLAN or self._mind.reached() or self._mind.sound():
             return []
-        if event.failure is PlanFailure.DIED and data.planner_deaths == 0:
-            data.planner_deaths += 1
+        if event.failure is PlanFailure.DIED and deaths == 0:
+            data.planner_deaths = 1
             return self._mind.ask("the planner died: once more")
         return self._mind.give_up(f"planner failed: {event.failure.value}", event.failure.value)
 

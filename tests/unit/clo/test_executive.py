@@ -601,6 +601,16 @@ def test_planner_that_died_is_asked_once_more() -> None:
     assert robot.mode() is Mode.GAVE_UP
 
 
+def test_planner_that_has_answered_since_it_died_is_asked_once_more_again() -> None:
+    """Only deaths in a row count, and that no plan exists is an answer as well."""
+    robot = Script()
+    robot.tell(Begin(0))
+    robot.tell(DIED)
+    robot.tell(NO_PLAN)
+    robot.see(false=["(at-object o1 l1)"])
+    assert robot.tell(DIED) == [AskPlan("the planner died: once more")]
+
+
 @pytest.mark.parametrize("failure", [PlanFailure.OUT_OF_TIME, PlanFailure.OUT_OF_MEMORY])
 def test_planner_that_reaches_its_limits_is_not_asked_again(failure: PlanFailure) -> None:
     """It would reach them again."""
