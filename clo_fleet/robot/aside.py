@@ -1,7 +1,8 @@
 """Standing out of the way: a robot that has nothing to drive to keeps the doors free for others.
 
 It stays where it is, also if others push it a little, unless that is in front of a door; then it goes to the
-nearest free place that is not. In a room too small for that it goes to the corner that is furthest from the doors.
+nearest free place that is not. In a room too small for that it goes to the corner that is furthest from where others
+come in.
 """
 
 import math
@@ -9,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from clo_fleet.robot.doorway import inward
+from clo_fleet.robot.doorway import inward, off_line, way_in
 from clo_fleet.robot.skill import Under
 from clo_fleet.robot.steering import Steering
 from clo_fleet.sim.site import Site
@@ -22,7 +23,7 @@ ROOM = 0.2  # [m] between a robot's rim and the floor in front of a door
 LEAVE = 0.1  # [m] it goes on a little further than it must, lest it starts anew at the next touch
 AROUND = 6.0  # [m] in which it looks for a place
 SNUG = 0.05  # [m] about it in a room that has no better place
-BETTER = 0.15  # [m] further from the doors: worth a move in a room that has no place out of their way
+BETTER = 0.15  # [m] further from where others come in: worth a move in a room that has no place out of their way
 RENEW = 3.0  # [s] after which it looks for another one, if it has not got there
 
 
@@ -75,11 +76,11 @@ def _place(site: Site, spec: RobotSpec, room: RoomId, here: Point) -> Point:
         free = site.rooms.free_spot(here, spec.radius + margin, room, within=AROUND)
         if free is not None:
             return free
-    doors = [door.position for door in site.doors_of(room)]
+    ways = [way_in(door, room, spec.radius) for door in site.doors_of(room)]
     others = [site.pose(other).point for other in site.bodies_in(room) if other != spec.id]
 
     def away(point: Point) -> float:
-        return min(math.dist(point, door) for door in doors)
+        return min(off_line(point, *way) for way in ways)
 
     corners = (site.paths(room).nearest_free(corner, spec.radius) for corner in site.room(room).outline)
     free_corners = [

@@ -12,7 +12,20 @@ from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import in_front, inner_point, outward
 from clo_fleet.world.model import Door, Point, RobotId, RobotSpec, RoomId
 
-__all__ = ["GATE", "INSIDE", "clear", "gate", "in_the_way", "inward", "lane", "throat", "waiting_point"]
+__all__ = [
+    "GATE",
+    "INSIDE",
+    "RIM",
+    "clear",
+    "gate",
+    "in_the_way",
+    "inward",
+    "lane",
+    "off_line",
+    "throat",
+    "waiting_point",
+    "way_in",
+]
 
 GATE = 0.5  # [m] inside the door: from here on the way out is straight
 RUN_UP = 0.9  # [m] the same before a wide door: who comes from the side has to be in line before it meets another
@@ -57,12 +70,17 @@ def clear(site: Site, robot: RobotId, door: Door, room: RoomId, *, nudge: bool =
     """Whether nobody stands where the robot is about to come in. ``nudge``: whether those at the side do not count."""
     radius = site.robot_radius(robot)
     margin = -NUDGED if nudge else BESIDE
-    begin, end = (gate(door, room, radius, out=False, inside=inside) for inside in (0.0, INSIDE))
+    begin, end = way_in(door, room, radius)
     return all(
-        _off(site.pose(other).point, begin, end) > radius + site.robot_radius(other) + margin
+        off_line(site.pose(other).point, begin, end) > radius + site.robot_radius(other) + margin
         for other in site.bodies_in(room)
         if other != robot
     )
+
+
+def way_in(door: Door, room: RoomId, radius: float) -> tuple[Point, Point]:
+    """The line on which robots come in, from the door's line to where they are through."""
+    return gate(door, room, radius, out=False, inside=0.0), gate(door, room, radius, out=False, inside=INSIDE)
 
 
 def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Point:
@@ -106,7 +124,7 @@ def in_the_way(site: Site, robot: RobotId, door: Door, room: RoomId) -> bool:
     """Whether the robot stands where others pass through the door."""
     radius, here = site.robot_radius(robot), site.pose(robot).point
     lines = ([gate(door, room, radius, out=out, inside=inside) for inside in (0.0, DEPTH)] for out in (True, False))
-    return any(_off(here, begin, end) < 2 * radius + BERTH for begin, end in lines)
+    return any(off_line(here, begin, end) < 2 * radius + BERTH for begin, end in lines)
 
 
 def _inner(door: Door, room: RoomId, inside: float, right: float) -> Point:
@@ -115,7 +133,7 @@ def _inner(door: Door, room: RoomId, inside: float, right: float) -> Point:
     return (middle[0] + right * y, middle[1] - right * x)
 
 
-def _off(point: Point, begin: Point, end: Point) -> float:
+def off_line(point: Point, begin: Point, end: Point) -> float:
     """How far a point is from the line between two others [m]."""
     dx, dy = end[0] - begin[0], end[1] - begin[1]
     share = ((point[0] - begin[0]) * dx + (point[1] - begin[1]) * dy) / (dx * dx + dy * dy)

@@ -17,7 +17,7 @@ from enum import Enum
 from typing import Any, Self
 
 from clo_fleet.robot.detour import opened, turn_off
-from clo_fleet.robot.doorway import INSIDE, clear, gate, in_the_way, inward, throat, waiting_point
+from clo_fleet.robot.doorway import INSIDE, RIM, clear, gate, in_the_way, inward, off_line, throat, waiting_point
 from clo_fleet.robot.rest import Arrival, Grant, Turn
 from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under, standing
 from clo_fleet.robot.steering import Steering, follow
@@ -34,10 +34,11 @@ __all__ = ["Drive"]
 ASK = 2.5  # [m] before the gate a robot asks for the doorway: far enough not to slow down if nobody is ahead
 READY = 2.0  # [m] from the door a robot may go before the first in the queue ...
 LATE = 3.0  # [m] ... if that one is still this far away: it may not get through the crowd
-AT_GATE = 0.25  # [m] so near to the gate the way out begins
+AT_GATE = 0.25  # [m] so near to the gate, or to the line from there on, the way out begins
 AHEAD = 0.2  # [m] ahead on its line a robot aims in a doorway: less than in a room, it keeps to the line
 LOOK = 2.0  # [s] after which it looks anew where to wait
 WAITS = 0.2  # [m] so near to its waiting point a robot stands still
+CROWDED = 3.0  # [s] after which who is off the door's line has come in as far as the others let it
 NUDGE_AFTER = 10.0  # [s] who has held before a door for so long comes in if it only has to nudge others aside
 STILL = 0.05  # [m/s] who wants to go no faster waits
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
@@ -74,7 +75,8 @@ class Drive:
         shut_since: since when no way is open [s]; negative if one is.
         turned: whether it was cancelled on its way and is coming back.
         line: in a doorway, the points that it comes from and drives to.
-        held_since: since when it holds before the door and could pass if there were room [s]; negative: it does not.
+        held_since: since when it holds before the door and could pass if there were room, or comes in [s]; negative:
+            neither.
         spot: where it waits beside the door, and since when that is so [s].
     """
 
@@ -191,7 +193,8 @@ class Drive:
             )
             return self._wait(body, door, place, Wait(WaitCause.DOOR, door.id, (queue[place - 1],)), turn)
         obstacle = self._obstacle(body, door)
-        near = math.dist(here, target) < AT_GATE or beyond(door, self.start, here)
+        on_line = off_line(here, target, throat(door, self.start, spec.radius, out=True)) < AT_GATE
+        near = on_line or beyond(door, self.start, here)
         if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
             return self._wait(body, door, 0, obstacle)
         if obstacle or not near:
@@ -199,8 +202,10 @@ class Drive:
             return self._steer(body, target, obstacle, onward=onward)
         site.doors.request(door.id, way, body.id, urgent=True)
         self.line = [target, *self._line_out(body, door)]
-        self.phase = Phase.PASS_IN if self.out == self.into else Phase.PASS_OUT
-        return _STEPS[self.phase](self, body)
+        if self.out == self.into:
+            return self._come_in(body)
+        self.phase = Phase.PASS_OUT
+        return self._pass_out(body)
 
     def _pass_out(self, body: Body) -> Progress:
         here = body.site.pose(body.id).point
@@ -245,13 +250,15 @@ class Drive:
             return standing(Wait(WaitCause.CLOSED, f"door {door.id}"))
         if not site.doors.request(door.id, way, body.id, urgent=True):
             return standing(Wait(WaitCause.DOOR, door.id, site.doors.queue(door.id, way)[:1]))
-        self.held_since = body.time if self.held_since < 0.0 else self.held_since
-        if not clear(site, body.id, door, self.goal, nudge=body.time - self.held_since > NUDGE_AFTER):
+        if not self._room_inside(body, door):
             return standing(Wait(WaitCause.DOORWAY, door.id))
         held = site.pose(body.id).point
         site.admit(body.id)
         self.line = [held, throat(door, self.goal, radius, out=False), self._inside(door, radius)]
-        self.phase = Phase.PASS_IN
+        return self._come_in(body)
+
+    def _come_in(self, body: Body) -> Progress:
+        self.held_since, self.phase = body.time, Phase.PASS_IN
         return self._pass_in(body)
 
     def _pass_in(self, body: Body) -> Progress:
@@ -260,7 +267,8 @@ class Drive:
         door = _door(site, self.into)
         here = site.pose(body.id).point
         inside = _depth(door, self.goal, here)
-        if inside > INSIDE - 0.1 and site.place(body.id) == PlaceId(self.goal):
+        crowded = body.time - self.held_since > CROWDED and inside > body.spec.radius + RIM
+        if (inside > INSIDE - 0.1 or crowded) and site.place(body.id) == PlaceId(self.goal):
             self.release(body)
             return Cancelled() if self.turned else Done()
         return Under(follow(site, body.spec, self.line, stop=False, ahead=AHEAD), direct=inside < body.spec.radius)
@@ -381,11 +389,16 @@ class Drive:
     def _obstacle(self, body: Body, door: Door) -> Wait | None:
         """What keeps the robot whose turn it is from passing."""
         if self.out == self.into:
-            return None if clear(body.site, body.id, door, self.goal) else Wait(WaitCause.DOORWAY, door.id)
+            return None if self._room_inside(body, door) else Wait(WaitCause.DOORWAY, door.id)
         if not is_wide(door) and (other := body.site.coming(door.id, COMING)):
             return Wait(WaitCause.DOOR, door.id, (other,))
         free = body.site.entry_clear(self._route(), body.spec.radius)
         return None if free else Wait(WaitCause.ENTRY, door.id)
+
+    def _room_inside(self, body: Body, door: Door) -> bool:
+        """Whether there is room to come in; who has held for long nudges others aside."""
+        self.held_since = body.time if self.held_since < 0.0 else self.held_since
+        return clear(body.site, body.id, door, self.goal, nudge=body.time - self.held_since > NUDGE_AFTER)
 
     def _line_out(self, body: Body, door: Door) -> list[Point]:
         """From the gate on: to where the vehicle will be, or to the inside of the other room."""

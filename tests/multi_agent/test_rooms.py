@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import pytest
 
@@ -253,3 +253,28 @@ def test_two_streams_pass_a_door_in_both_directions(door: float, n: int, limit: 
     crowd.until_arrived(limit)
     assert crowd.contacts.robot_robot <= (0 if is_wide(crowd.building.doors[0]) else 2)
     assert crowd.contacts.robot_wall <= n // 2
+
+
+BAY = Room(OTHER, rectangle(8, 2.8, 1.3, 2.4))  # so shallow that two fit in it side by side only
+
+
+def bay() -> BuildingMap:
+    """A hall with a wide door to a bay."""
+    halls = two_halls(1.6)
+    return replace(halls, rooms=(halls.rooms[0], BAY))
+
+
+def test_who_has_nothing_to_do_in_a_bay_stands_off_the_way_in() -> None:
+    """In the corner on the side on which robots go out: so the next one comes in at once."""
+    crowd = Crowd(bay(), [(HALL, (6, 4)), (OTHER, (9, 4))], rooms={0: OTHER})
+    assert crowd.until_arrived(10.0) < 5.0
+    assert crowd.contacts.robot_robot == 0
+
+
+@pytest.mark.parametrize("y", [4.12, 4.2])
+def test_who_finds_a_bay_occupied_comes_in_as_far_as_it_gets(y: float) -> None:
+    """The other stays where it is: after a while one squeezes in beside it, and is through once it is off the door."""
+    crowd = Crowd(bay(), [(HALL, (6, 4)), (OTHER, (8.95, y))], {1: (8.95, y)}, {0: OTHER})
+    crowd.until_arrived(20.0)
+    assert crowd.site.place(crowd.specs[0].id) == PlaceId(OTHER)
+    assert crowd.contacts.robot_robot == 0
