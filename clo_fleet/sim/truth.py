@@ -35,13 +35,16 @@ class Truth:
         self._robots = tuple(map(RobotId, words.names.robots))
         self._objects = tuple(map(ObjectId, words.names.objects))
         self._effects: set[Fact] = set()
-        # where the object lay when an effect that it may lose came about, or when it was put down; None while carried
+        # where the object lay at the end of the tick in which an effect that it may lose came about, or in which it was
+        # put down; None until then, and while it is carried
         self._anchors: dict[Fact, Point | None] = {}
         self._doings: dict[Fact, Cause | None] = {}
         self._handled: dict[ObjectId, Cause | None] = {}
         self._causes: dict[Fact, Cause | None] = {}
         for fact in sorted(words.beginning):
             self._set(fact, True)
+        for fact in list(self._anchors):
+            self._follow(fact)
         self._known: dict[str, tuple[Fact, ...]] = {}  # where each robot and each object is
         self._seen_effects: frozenset[Fact] = frozenset()
         self._facts: frozenset[Fact] = frozenset()
@@ -160,8 +163,8 @@ class Truth:
             self._anchors.pop(fact, None)
             return
         self._effects.add(fact)
-        if item := self.words.lost_with(fact):
-            self._anchors[fact] = self._site.item_position(ObjectId(item))
+        if self.words.lost_with(fact):
+            self._anchors[fact] = None
 
     def _follow(self, fact: Fact) -> None:
         """Forget what an object that was shoved or taken away has lost; keep it while it is carried."""

@@ -95,6 +95,16 @@ def test_effects_come_about_within_a_tick_and_are_saved_with_where_they_were_don
     assert again.step({}) == truth.step({}) == (Flip(("prepared", "cup"), False),)
 
 
+def test_where_a_shoved_object_was_prepared_is_where_it_lies_at_the_end_of_that_tick() -> None:
+    """A tick is one moment: how far it was shoved within the tick does not count."""
+    site, truth = scene()
+    truth.come_about({("prepared", "cup"): True}, None)
+    site.rooms.move_item(CUP, (2.5 + 0.9 * SHOVED, 2))
+    truth.step({})
+    site.rooms.move_item(CUP, (2.5 + 1.8 * SHOVED, 2))
+    assert truth.step({}) == ()
+
+
 def test_an_action_lacks_what_is_not_so_at_this_moment() -> None:
     """Where objects lie, who holds them and what was done to them; where robots are is their skills' business."""
     _, truth = scene()
