@@ -25,15 +25,16 @@ def command(chosen: argparse.Namespace) -> int:
     """Do it; returns the exit code."""
     import json
 
-    from clo_fleet.study.run import Run, strategy_named
+    from clo_fleet.study.run import Run, planner_pool, strategy_named
     from clo_fleet.study.summary import comparison, show
 
     strategies = [strategy_named(name.strip()) for name in chosen.strategies.split(",")]
     world = chosen_world(chosen)
     results = []
-    for strategy in strategies:
-        with Run(world, strategy) as run:
-            results.append(finished(run, chosen))
+    with planner_pool() as planners:
+        for strategy in strategies:
+            with Run(world, strategy, planners=planners) as run:
+                results.append(finished(run, chosen))
     if chosen.json:
         print(json.dumps([json.loads(result.to_json()) for result in results], indent=2))
     else:
