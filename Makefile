@@ -43,7 +43,7 @@ imports: $(READY)
 
 # The idea (clo_fleet/clo) is tested to its last branch.
 tests: $(READY)
-	$(BIN)/pytest -n $(WORKERS) --cov --cov-report=term --cov-fail-under=100
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term --cov-fail-under=100
 
 study: $(READY)
 	$(BIN)/pytest -m study --timeout=0

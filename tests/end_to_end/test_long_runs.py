@@ -5,7 +5,6 @@ import random
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 
 from clo_fleet.clo.strategies import STRATEGIES
 from clo_fleet.planning.pool import PlannerPool
-from clo_fleet.study.run import Run, planner_pool
+from clo_fleet.study.run import Run
 from clo_fleet.study.shipped import shipped
 from clo_fleet.world.disturbances import FaultRate, RandomFaults
 from clo_fleet.world.model import Radio, World
@@ -22,13 +21,6 @@ from clo_fleet.world.world_file import read_world
 
 WORLDS = sorted(path.stem for path in shipped("worlds").glob("*.yaml"))
 KILLED = -9
-
-
-@pytest.fixture
-def planners() -> Iterator[PlannerPool]:
-    """Planners for one run after another."""
-    with planner_pool() as pool:
-        yield pool
 
 
 def world_file(name: str) -> Path:
@@ -42,7 +34,7 @@ def command(*arguments: object) -> list[str]:
 
 
 def saved_everywhere(
-    world: World, strategy: str, every: float, folder: Path, source: Path | None, planners: PlannerPool | None = None
+    world: World, strategy: str, every: float, folder: Path, source: Path | None, planners: PlannerPool
 ) -> dict[float, Path]:
     """Run a world to its end in ``folder / "whole"``; copies of its files as they were at each checkpoint, by time."""
     copies: dict[float, Path] = {}
@@ -56,9 +48,9 @@ def saved_everywhere(
     return copies
 
 
-def assert_goes_on_alike(world: str, strategy: str, every: float, folder: Path) -> None:
+def assert_goes_on_alike(world: str, strategy: str, every: float, folder: Path, planners: PlannerPool) -> None:
     """From every checkpoint a process of its own, whatever its hash seed, comes to the same log."""
-    copies = saved_everywhere(read_world(world_file(world)), strategy, every, folder, world_file(world))
+    copies = saved_everywhere(read_world(world_file(world)), strategy, every, folder, world_file(world), planners)
     assert len(copies) >= 2
     going = {
         time: subprocess.Popen(command("--resume", copy), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -80,24 +72,24 @@ def without_wall(value: object) -> object:
     return [without_wall(part) for part in value] if isinstance(value, list) else value
 
 
-def test_from_every_checkpoint_the_same_log_follows(tmp_path: Path) -> None:
+def test_from_every_checkpoint_the_same_log_follows(tmp_path: Path, fleet_planners: PlannerPool) -> None:
     """Byte for byte, in other processes; and the same result but for real times."""
-    assert_goes_on_alike("three_rooms", "clo", 11.0, tmp_path)
+    assert_goes_on_alike("three_rooms", "clo", 11.0, tmp_path, fleet_planners)
 
 
 @pytest.mark.study
 @pytest.mark.parametrize("strategy", STRATEGIES)
 @pytest.mark.parametrize("world", WORLDS)
 def test_from_every_checkpoint_the_same_log_follows_with_every_strategy(
-    world: str, strategy: str, tmp_path: Path
+    world: str, strategy: str, tmp_path: Path, fleet_planners: PlannerPool
 ) -> None:
     """All worlds, about ten checkpoints each."""
-    with Run(read_world(world_file(world)), strategy) as run:
+    with Run(read_world(world_file(world)), strategy, planners=fleet_planners) as run:
         makespan = run.finish().makespan_s
-    assert_goes_on_alike(world, strategy, max(0.2, round(makespan / 50) * 5 + 0.2), tmp_path)
+    assert_goes_on_alike(world, strategy, max(0.2, round(makespan / 50) * 5 + 0.2), tmp_path, fleet_planners)
 
 
-def test_what_is_under_way_arrives_after_a_checkpoint(tmp_path: Path, planners: PlannerPool) -> None:
+def test_what_is_under_way_arrives_after_a_checkpoint(tmp_path: Path, fleet_planners: PlannerPool) -> None:
     """Answers, messages, looks, faults that last, doomed actions: saved very often, and resumed from some."""
     world = read_world(world_file("three_rooms"))
     world = replace(
@@ -119,22 +111,22 @@ def test_what_is_under_way_arrives_after_a_checkpoint(tmp_path: Path, planners: 
         ),
         until=30.0,
     )
-    copies = saved_everywhere(world, "clo", 1.0, tmp_path, None, planners)
+    copies = saved_everywhere(world, "clo", 1.0, tmp_path, None, fleet_planners)
     events = (tmp_path / "whole/events.jsonl").read_bytes()
     assert events.count(b'"kind":"disturbed"') > 5
     for time in sorted(copies)[7::11]:
-        with Run.resumed(copies[time], world, planners=planners) as run:
+        with Run.resumed(copies[time], world, planners=fleet_planners) as run:
             assert run.resumed_at == time
             run.finish()
         assert (copies[time] / "events.jsonl").read_bytes() == events
 
 
-def assert_survives(world: str, every: float, kills: int, seed: int, folder: Path) -> None:
+def assert_survives(world: str, every: float, kills: int, seed: int, folder: Path, planners: PlannerPool) -> None:
     """A run that is killed so many times, each time it goes on, ends with the log of one that is left alone."""
     chance = random.Random(seed)
     whole, out = folder / "whole", folder / "killed"
     begin = (world_file(world), "--checkpoint-every", every, "--out")
-    with Run(read_world(world_file(world)), out=whole, checkpoint_every=every) as run:
+    with Run(read_world(world_file(world)), out=whole, checkpoint_every=every, planners=planners) as run:
         run.finish()
     before, killed = command(*begin, out), 0
     while True:
@@ -155,13 +147,15 @@ def assert_survives(world: str, every: float, kills: int, seed: int, folder: Pat
     assert (out / "events.jsonl").read_bytes() == (whole / "events.jsonl").read_bytes()
 
 
-def test_who_is_killed_while_saving_goes_on_as_if_nothing_had_happened(tmp_path: Path) -> None:
+def test_who_is_killed_while_saving_goes_on_as_if_nothing_had_happened(
+    tmp_path: Path, fleet_planners: PlannerPool
+) -> None:
     """With a checkpoint at every tick, killed again and again: mostly in the middle of saving."""
-    assert_survives("hello", 0.2, 3, 1, tmp_path)
+    assert_survives("hello", 0.2, 3, 1, tmp_path, fleet_planners)
 
 
 @pytest.mark.study
 @pytest.mark.parametrize("seed", range(10))
-def test_fifty_kills(seed: int, tmp_path: Path) -> None:
+def test_fifty_kills(seed: int, tmp_path: Path, fleet_planners: PlannerPool) -> None:
     """In the office, five in each of ten runs."""
-    assert_survives("office", 1.0, 5, seed, tmp_path)
+    assert_survives("office", 1.0, 5, seed, tmp_path, fleet_planners)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from clo_fleet.bridges.open_rmf import import_to_folder
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.run import Run
 from clo_fleet.world.map_file import read_map
 from clo_fleet.world.places import zones
@@ -57,9 +58,9 @@ def test_imported_map_is_one_network_with_rooms_to_work_in(folder: Path) -> None
 
 
 @pytest.mark.parametrize("strategy", ["clo", "replan", "replan-on-failure"])
-def test_four_robots_with_overlapping_goals_finish(folder: Path, strategy: str) -> None:
+def test_four_robots_with_overlapping_goals_finish(folder: Path, strategy: str, fleet_planners: PlannerPool) -> None:
     """Every goal is reached; with clo, some by the help of others, and without planning again."""
-    with Run(read_world(folder / "worlds" / "fleet.yaml"), strategy) as run:
+    with Run(read_world(folder / "worlds" / "fleet.yaml"), strategy, planners=fleet_planners) as run:
         result = run.finish()
     assert result.outcome == "goals_reached"
     if strategy == "clo":
@@ -68,12 +69,13 @@ def test_four_robots_with_overlapping_goals_finish(folder: Path, strategy: str) 
 
 
 @pytest.mark.parametrize("name", ["battle_royale", "triple_H"])
-def test_a_random_fleet_finishes_in_the_other_buildings(tmp_path: Path, name: str) -> None:
+def test_a_random_fleet_finishes_in_the_other_buildings(tmp_path: Path, name: str, fleet_planners: PlannerPool) -> None:
     """Their places are all on the open floor, so that every room is a bay, with space for a robot or two."""
     imported, _ = import_to_folder(FOLDER / f"{name}.building.yaml", tmp_path)
     assert imported.skipped == ()
     assert len(imported.building.rooms) == len(imported.building.spawn_points) == 8
-    with Run(random_world(imported.building, robots=3, objects=5, seed=1), "clo") as run:
+    world = random_world(imported.building, robots=3, objects=5, seed=1)
+    with Run(world, "clo", planners=fleet_planners) as run:
         result = run.finish()
     assert result.outcome == "goals_reached"
     assert result.helps

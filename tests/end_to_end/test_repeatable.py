@@ -9,9 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from clo_fleet.planning.pool import PlannerPool
+from clo_fleet.study.run import Run
 from clo_fleet.study.shipped import shipped
+from clo_fleet.world.world_file import read_world
 
 WORLDS = ("hello", "three_rooms", "office")
+USUAL = ("hello", "office")  # run at every change
 HASH_SEEDS = ("0", "1", "random")
 
 
@@ -32,6 +36,11 @@ def run(world: str, hash_seed: str, out: Path) -> tuple[bytes, object]:
         check=True,
         timeout=100,
     )
+    return written(out)
+
+
+def written(out: Path) -> tuple[bytes, object]:
+    """The log of a run, and what its result says but for real time."""
     result = json.loads((out / "result.json").read_text(encoding="utf-8"))
     return (out / "events.jsonl").read_bytes(), simulated(result)
 
@@ -45,6 +54,20 @@ def simulated(value: object) -> object:
     return value
 
 
+@pytest.mark.parametrize("world", USUAL)
+def test_a_run_is_the_same_in_another_process_on_a_busy_machine(
+    world: str, tmp_path: Path, fleet_planners: PlannerPool, request: pytest.FixtureRequest
+) -> None:
+    """Here, with planners that have planned for others, and with the command, under another hash seed."""
+    with Run(read_world(shipped("worlds") / f"{world}.yaml"), out=tmp_path / "here", planners=fleet_planners) as here:
+        here.finish()
+    request.getfixturevalue("busy")
+    log, result = written(tmp_path / "here")
+    assert log.count(b"\n") > 10
+    assert run(world, "0", tmp_path / "there") == (log, result)
+
+
+@pytest.mark.study
 @pytest.mark.usefixtures("busy")
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_run_is_the_same_whatever_the_hash_seed_and_the_load(world: str, tmp_path: Path) -> None:
