@@ -1,10 +1,8 @@
-"""The rooms: robots and items as discs among walls, in one pymunk space with the building's coordinates.
+"""The rooms: robots and items as discs among walls.
 
-Theory of operation. Each tick is a few substeps; in each, ``motion.Drives`` says with what force every disc follows its
-wish, and the engine does the rest. ``custody.Custody`` knows who is present and who carries what. A carried item hangs
-on its robot by two joints, on a seat within the robot's rim, and meets nothing; while its robot is in a corridor,
-neither is in the space. Bodies are read and written in batches, in the engine's own order, which changes as bodies come
-and go; ``_order`` maps its rows to our slots: robots, then objects, each sorted by id.
+``discs.Discs`` lets them move, and ``custody.Custody`` knows who is present and who carries what. A carried item hangs
+on its robot, on a seat within the robot's rim; while its robot is in a corridor, neither is in the space. Slots are
+those of robots, then of objects, each sorted by id.
 
 The engine keeps contacts from step to step, so a space rebuilt from ``state()`` goes on a little differently from the
 one that it was taken from (and notes a touch that lasts anew), while two that are rebuilt agree to the last bit: a run
@@ -16,28 +14,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-import pymunk
-import pymunk.batch
-from pymunk.batch import BodyFields
-
 from clo_fleet.sim.custody import CarrierError, Custody, PresenceError, RoomsError, UnknownBodyError
-from clo_fleet.sim.motion import Drives, Numbers, Slots, starting_state
+from clo_fleet.sim.discs import Disc, Discs, Touch
+from clo_fleet.sim.motion import starting_state
 from clo_fleet.sim.walls import spots, walls
 from clo_fleet.world.model import BuildingMap, ObjectId, ObjectSpec, Point, Pose, RobotId, RobotSpec, RoomId
 
 __all__ = ["CarrierError", "Contacts", "PresenceError", "Rooms", "RoomsError", "UnknownBodyError"]
 
 ROBOT_MASS = 20.0  # [kg] a small delivery robot
-WALL_THICKNESS = 0.05  # [m]
-FRICTION = 0.2  # between surfaces that touch: low, so that discs slide along walls and each other
-SLOP = 0.001  # [m] overlap that the engine leaves between touching bodies (its default is made for pixels)
 SEATS = 8  # places on a robot's ring; the ninth item lies on the first
 GAP = 0.05  # [m] between a seated item and the rim, and round an item that is put down
-
-_ROBOT, _ITEM, _WALL = 1, 2, 3  # the engine's collision types
-_SOLID = pymunk.ShapeFilter()
-_AIRY = pymunk.ShapeFilter(categories=0, mask=0)  # a carried item: meets nothing, and no query finds it
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,17 +34,6 @@ class Contacts:
     robot_robot: int = 0
     robot_wall: int = 0
     robot_item: int = 0
-
-
-@dataclass(slots=True, eq=False)
-class _Disc:
-    """A robot or an item: its slot in the arrays, its body, and the joints by which it hangs on a robot."""
-
-    slot: int
-    radius: float
-    body: pymunk.Body
-    shape: pymunk.Circle
-    joints: tuple[pymunk.Constraint, ...] = ()
 
 
 class Rooms:
@@ -86,26 +62,18 @@ class Rooms:
         state: Mapping[str, Any] | None = None,
     ) -> None:
         self._building = building
-        self._substeps, self._substep = substeps, tick / substeps
-        self._out, self._in = pymunk.batch.Buffer(), pymunk.batch.Buffer()
-        self._order: Slots | None = None  # the slot of each row of the engine; None: bodies have come or gone
-        size = len(robots) + len(objects) + 1  # the last is the walls', which the engine lists as a body too
-        self._at, self._velocity, self._drives = np.zeros((size, 3)), np.zeros((size, 2)), Drives.at_rest(size)
-        self._robots: dict[RobotId, _Disc] = {}
-        for slot, robot in enumerate(sorted(robots, key=lambda spec: spec.id)):
-            self._robots[robot.id] = _disc(slot, robot.radius)
-            self._drives.steers[slot], self._drives.push[slot] = True, robot.max_acceleration
-            self._drives.mass[slot] = ROBOT_MASS
-        self._names = list(self._robots)  # by slot
+        robots, objects = sorted(robots, key=lambda spec: spec.id), sorted(objects, key=lambda spec: spec.id)
+        self._discs = [Disc(robot.radius, ROBOT_MASS, robot.max_acceleration) for robot in robots]
+        self._discs += [Disc(thing.radius, thing.mass) for thing in objects]
+        self._physics = Discs(self._discs, walls(building), self._touched, tick=tick, substeps=substeps)
+        self._at, self._velocity = self._physics.at, self._physics.velocity
+        self._drives = self._physics.drives
+        self._robots = {robot.id: slot for slot, robot in enumerate(robots)}
+        self._items = {thing.id: slot for slot, thing in enumerate(objects, len(robots))}
+        self._names, self._item_names = list(self._robots), list(self._items)  # by slot
         self.moving: set[RobotId] = set()  # the robots that moved or turned in the last step, or go on moving
         self._known: dict[RobotId, Pose] = {}  # the poses that somebody has asked for since they changed
-        self._items: dict[ObjectId, _Disc] = {}
-        for slot, thing in enumerate(sorted(objects, key=lambda spec: spec.id), len(robots)):
-            self._items[thing.id] = _disc(slot, thing.radius, thing.mass)
-            self._drives.mass[slot] = thing.mass
         self._pusher: dict[ObjectId, RobotId | None] = dict.fromkeys(self._items)
-        self._slot_of = {disc.body.id: disc.slot for disc in (*self._robots.values(), *self._items.values())}
-        self._space = self._empty_space()
         state = starting_state(robots, objects) if state is None else state
         self._custody = Custody.from_state(self._robots, self._items, state["custody"])
         self._contacts: list[int] = list(state["contacts"])
@@ -127,35 +95,26 @@ class Rooms:
             robot: {
                 "pose": at[n], "velocity": velocity[n], "wanted": wanted[n], "facing": facing[n], "max_speed": top[n],
             }
-            for robot, n in ((robot, disc.slot) for robot, disc in self._robots.items())
+            for robot, n in self._robots.items()
         }  # fmt: skip
         items = {
-            obj: {"pose": at[item.slot], "velocity": velocity[item.slot], "pusher": self._pusher[obj]}
-            for obj, item in self._items.items()
+            obj: {"pose": at[n], "velocity": velocity[n], "pusher": self._pusher[obj]} for obj, n in self._items.items()
         }
         return {"robots": robots, "items": items, "custody": self._custody.state(), "contacts": [*self._contacts]}
 
     def step(self) -> None:
         """Let one tick pass."""
-        order = self._rows()
-        for _ in range(self._substeps):
-            now = self._read(BodyFields.ANGLE | BodyFields.VELOCITY | BodyFields.ANGULAR_VELOCITY, 4)
-            self._in.set_float_buf(self._drives.commands(order, now, self._substep))
-            pymunk.batch.set_space_bodies(self._space, BodyFields.ANGULAR_VELOCITY | BodyFields.FORCE, self._in)
-            self._space.step(self._substep)
-        now = self._read(BodyFields.POSITION | BodyFields.ANGLE | BodyFields.VELOCITY, 5)
-        stirs = (now[:, 3:] != 0.0).any(axis=1) | (now[:, :3] != self._at[order]).any(axis=1)
-        self._at[order], self._velocity[order] = now[:, :3], now[:, 3:]
-        self.moving = {self._names[slot] for slot in order[stirs].tolist() if 0 <= slot < len(self._names)}
+        self.moving = {self._names[slot] for slot in self._physics.step() if slot < len(self._names)}
         for robot in self.moving:
             self._known.pop(robot, None)
 
     def add_robot(self, robot: RobotId, pose: Pose) -> None:
         """Let a robot back into the rooms, at rest, with what it carries."""
         self._custody.enter(robot)
-        body = self._robots[robot]
-        self._drives.wanted[body.slot], self._drives.facing[body.slot] = 0.0, pose.heading
-        self._enter(body, pose)
+        slot = self._robots[robot]
+        self._drives.wanted[slot], self._drives.facing[slot] = 0.0, pose.heading
+        self._known.pop(robot, None)
+        self._physics.enter(slot, pose)
         for obj in self.carried(robot):
             self._hook(robot, obj)
 
@@ -163,33 +122,33 @@ class Rooms:
         """Take a robot out of the rooms with what it carries; returns where it was."""
         self._custody.leave(robot)
         for obj in self.carried(robot):
-            self._unhook(self._items[obj])
-            self._leave(self._items[obj])
-        self._leave(self._robots[robot])
-        return _pose(self._at[self._robots[robot].slot].tolist())
+            self._physics.unhang(self._items[obj])
+            self._physics.leave(self._items[obj])
+        self._physics.leave(self._robots[robot])
+        return _pose(self._at[self._robots[robot]].tolist())
 
     def drive(self, robot: RobotId, velocity: tuple[float, float]) -> None:
         """Have a robot strive for a velocity [m/s] until told otherwise; ``(0, 0)`` brakes."""
         self._custody.check_present(robot)
-        self._drives.tell(self._robots[robot].slot, velocity)
+        self._drives.tell(self._robots[robot], velocity)
 
     def set_max_speed(self, robot: RobotId, max_speed: float) -> None:
         """Change a robot's top speed [m/s]."""
         self._custody.check_robot(robot)
-        self._drives.top[self._robots[robot].slot] = max_speed
+        self._drives.top[self._robots[robot]] = max_speed
 
     def pose(self, robot: RobotId) -> Pose | None:
         """Where a robot is; ``None`` while it is in a corridor."""
         if not self._custody.present(robot):
             return None
         if robot not in self._known:
-            self._known[robot] = _pose(self._at[self._robots[robot].slot].tolist())
+            self._known[robot] = _pose(self._at[self._robots[robot]].tolist())
         return self._known[robot]
 
     def poses(self) -> dict[RobotId, Pose]:
         """Where each robot in the rooms is, in the order of their ids."""
         at = self._at.tolist()
-        return {robot: _pose(at[self._robots[robot].slot]) for robot in self._custody.here()}
+        return {robot: _pose(at[self._robots[robot]]) for robot in self._custody.here()}
 
     def present(self) -> list[RobotId]:
         """The robots in the rooms, in the order of their ids."""
@@ -197,12 +156,12 @@ class Rooms:
 
     def velocity(self, robot: RobotId) -> tuple[float, float] | None:
         """How fast a robot moves [m/s]; ``None`` while it is in a corridor."""
-        return _pair(self._velocity[self._robots[robot].slot].tolist()) if self._custody.present(robot) else None
+        return _pair(self._velocity[self._robots[robot]].tolist()) if self._custody.present(robot) else None
 
     def velocities(self) -> dict[RobotId, tuple[float, float]]:
         """How fast each robot in the rooms moves [m/s], in the order of their ids."""
         velocity = self._velocity.tolist()
-        return {robot: _pair(velocity[self._robots[robot].slot]) for robot in self._custody.here()}
+        return {robot: _pair(velocity[self._robots[robot]]) for robot in self._custody.here()}
 
     def contacts(self) -> Contacts:
         """How many touches have begun so far."""
@@ -212,7 +171,7 @@ class Rooms:
         """Where an item is [m]; ``None`` while its carrier is in a corridor, and while it is gone."""
         carrier = self._custody.carrier(obj)
         away = self._custody.gone(obj) or (carrier is not None and not self._custody.present(carrier))
-        return None if away else _pair(self._at[self._items[obj].slot].tolist())
+        return None if away else _pair(self._at[self._items[obj]].tolist())
 
     def carrier(self, obj: ObjectId) -> RobotId | None:
         """The robot that carries an item; ``None``: nobody does."""
@@ -252,25 +211,24 @@ class Rooms:
         """Shift an item to ``position`` [m], at rest."""
         self._custody.check_carrier(obj, None)
         self._pusher[obj] = None
-        self._put(self._items[obj], Pose(*position))
+        self._physics.put(self._items[obj], Pose(*position))
 
     def take_away(self, obj: ObjectId) -> None:
         """Take an item that lies free out of the building."""
         self._custody.take_away(obj)
         self._pusher[obj] = None
-        self._leave(self._items[obj])
+        self._physics.leave(self._items[obj])
 
     def bring_back(self, obj: ObjectId, position: Point) -> None:
         """Put an item that is gone down at ``position`` [m]."""
         self._custody.bring_back(obj)
-        self._enter(self._items[obj], Pose(*position))
+        self._physics.enter(self._items[obj], Pose(*position))
 
     def push_item(self, obj: ObjectId, velocity: tuple[float, float]) -> None:
         """Give an item a velocity [m/s]; friction stops it."""
         self._custody.check_carrier(obj, None)
         self._pusher[obj] = None
-        self._items[obj].body.velocity = velocity
-        self._velocity[self._items[obj].slot] = velocity
+        self._physics.push(self._items[obj], velocity)
 
     def free_spot(self, near: Point, radius: float, room: RoomId, *, within: float = 2.0) -> Point | None:
         """A clear place for an item, about the nearest to ``near``; ``None`` if there is none within reach.
@@ -281,126 +239,49 @@ class Rooms:
             UnknownRoomError: if there is no such room.
         """
         candidates = spots(self._building, room, near, radius, within)
-        clear = (s for s in candidates if self._space.point_query_nearest(s, radius + GAP, _SOLID) is None)
-        return next(clear, None)
+        return next((spot for spot in candidates if self._physics.clear(spot, radius + GAP)), None)
 
-    def _empty_space(self) -> pymunk.Space:
-        """A space with the building's walls, in which touches are noted."""
-        space = pymunk.Space()
-        space.collision_slop = SLOP
-        for begin, end in walls(self._building):
-            wall = pymunk.Segment(space.static_body, begin, end, WALL_THICKNESS / 2)
-            wall.collision_type, wall.friction = _WALL, FRICTION
-            space.add(wall)
-        robots = {body.body: robot for robot, body in self._robots.items()}
-        items = {item.body: obj for obj, item in self._items.items()}
-
-        def count(kind: int) -> None:
-            self._contacts[kind] += 1
-
-        def push(arbiter: pymunk.Arbiter) -> None:
-            robot, item = arbiter.bodies
-            self._pusher[items[item]] = robots[robot]
-            count(2)
-
-        space.on_collision(_ROBOT, _ROBOT, begin=lambda *_: count(0))
-        space.on_collision(_ROBOT, _WALL, begin=lambda *_: count(1))
-        space.on_collision(_ROBOT, _ITEM, begin=lambda arbiter, *_: push(arbiter))
-        return space
+    def _touched(self, touch: Touch, robot: int, other: int) -> None:
+        self._contacts[touch] += 1
+        if touch is Touch.ROBOT_ITEM:
+            self._pusher[self._item_names[other - len(self._names)]] = self._names[robot]
 
     def _place(self, robots: Mapping[str, Any], items: Mapping[str, Any]) -> None:
         """Bring the discs to where a state has them."""
         drives = self._drives
-        for robot, body in self._robots.items():
-            saved, n = robots[robot], body.slot
+        for robot, n in self._robots.items():
+            saved = robots[robot]
             drives.top[n], drives.wanted[n], drives.facing[n] = saved["max_speed"], saved["wanted"], saved["facing"]
             self._at[n], self._velocity[n] = saved["pose"], saved["velocity"]
             if self._custody.present(robot):
-                self._enter(body, Pose(*saved["pose"]), saved["velocity"])
-        for obj, item in self._items.items():
-            carrier, saved, n = self._custody.carrier(obj), items[obj], item.slot
+                self._physics.enter(n, Pose(*saved["pose"]), saved["velocity"])
+        for obj, n in self._items.items():
+            carrier, saved = self._custody.carrier(obj), items[obj]
             self._pusher[obj], self._at[n], self._velocity[n] = saved["pusher"], saved["pose"], saved["velocity"]
             if carrier is None and not self._custody.gone(obj):
-                self._enter(item, Pose(*saved["pose"]), saved["velocity"])
+                self._physics.enter(n, Pose(*saved["pose"]), saved["velocity"])
             elif carrier is not None and self._custody.present(carrier):
                 self._hook(carrier, obj)
-                self._put(item, Pose(*saved["pose"]), saved["velocity"])
-
-    def _enter(self, disc: _Disc, pose: Pose, velocity: Sequence[float] = (0.0, 0.0)) -> None:
-        self._space.add(disc.body, disc.shape)
-        self._order = None
-        self._put(disc, pose, velocity)
-
-    def _leave(self, disc: _Disc) -> None:
-        self._space.remove(disc.shape, disc.body)
-        self._order = None
-
-    def _put(self, disc: _Disc, pose: Pose, velocity: Sequence[float] = (0.0, 0.0)) -> None:
-        if disc.slot < len(self._names):
-            self._known.pop(self._names[disc.slot], None)
-        disc.body.position, disc.body.angle = pose.point, pose.heading
-        disc.body.velocity, disc.body.angular_velocity = (velocity[0], velocity[1]), 0.0
-        self._space.reindex_shapes_for_body(disc.body)
-        self._at[disc.slot] = (pose.x, pose.y, pose.heading)
-        self._velocity[disc.slot] = velocity
+                self._physics.put(n, Pose(*saved["pose"]), saved["velocity"])
 
     def _hook(self, robot: RobotId, obj: ObjectId) -> None:
         """Bring an item to its seat on its robot and hang it there."""
-        body, item = self._robots[robot], self._items[obj]
+        slot, on = self._items[obj], self._robots[robot]
         angle = math.tau * (self._custody.seat(robot, obj) % SEATS) / SEATS
-        ring = max(0.0, body.radius - item.radius - GAP)
-        anchor = (ring * math.cos(angle), ring * math.sin(angle))
-        x, y = body.body.local_to_world(anchor)
-        if item.body.space is None:
-            self._enter(item, Pose(x, y))
-        self._put(item, Pose(x, y, body.body.angle), body.body.velocity)
-        item.shape.filter = _AIRY
-        hold = pymunk.PivotJoint(body.body, item.body, anchor, (0.0, 0.0))
-        item.joints = (hold, pymunk.GearJoint(body.body, item.body, 0.0, 1.0))
-        self._space.add(*item.joints)
-        self._drives.hangs[item.slot] = True
+        ring = max(0.0, self._discs[on].radius - self._discs[slot].radius - GAP)
+        self._physics.hang(slot, on, (ring * math.cos(angle), ring * math.sin(angle)))
         self._weigh(robot)
-
-    def _unhook(self, item: _Disc) -> None:
-        self._space.remove(*item.joints)
-        item.joints, self._drives.hangs[item.slot] = (), False
 
     def _free(self, robot: RobotId, obj: ObjectId) -> None:
         self._custody.check_present(robot)
         self._custody.free(robot, obj)
-        self._unhook(self._items[obj])
-        self._items[obj].shape.filter = _SOLID
+        self._physics.unhang(self._items[obj])
         self._weigh(robot)
 
     def _weigh(self, robot: RobotId) -> None:
         """Give a robot the force to move its load as fast as itself: journeys take what the map says."""
-        load = sum(self._items[obj].body.mass for obj in self.carried(robot))
-        self._drives.mass[self._robots[robot].slot] = ROBOT_MASS + load
-
-    def _rows(self) -> Slots:
-        """The slot of each body, in the engine's present order."""
-        if self._order is None:
-            self._out.clear()
-            pymunk.batch.get_space_bodies(self._space, BodyFields.BODY_ID, self._out)
-            ids = np.frombuffer(self._out.int_buf(), dtype=np.uintp).tolist()
-            self._order = np.asarray([self._slot_of.get(body, -1) for body in ids], dtype=np.intp)  # -1: the walls
-        return self._order
-
-    def _read(self, fields: BodyFields, width: int) -> Numbers:
-        self._out.clear()
-        pymunk.batch.get_space_bodies(self._space, fields, self._out)
-        return np.frombuffer(self._out.float_buf(), dtype=np.float64).reshape(-1, width).copy()
-
-
-def _disc(slot: int, radius: float, mass: float | None = None) -> _Disc:
-    """A disc that is not yet in the space; without a mass a robot, which nothing turns but itself."""
-    if mass is None:
-        body, kind = pymunk.Body(ROBOT_MASS, math.inf), _ROBOT
-    else:
-        body, kind = pymunk.Body(mass, pymunk.moment_for_circle(mass, 0.0, radius)), _ITEM
-    shape = pymunk.Circle(body, radius)
-    shape.collision_type, shape.friction = kind, FRICTION
-    return _Disc(slot, radius, body, shape)
+        load = sum(self._discs[self._items[obj]].mass for obj in self.carried(robot))
+        self._drives.mass[self._robots[robot]] = ROBOT_MASS + load
 
 
 def _pose(row: Sequence[float]) -> Pose:
