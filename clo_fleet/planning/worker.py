@@ -5,9 +5,6 @@ stays in that group, so one signal ends the lot. While the planner runs, the wor
 pool is gone, input ends, and the worker takes the whole group with it. At the wall limit it ends the planner but not
 itself, so that the next job need not wait for unified-planning to be imported again. If it hangs, or is killed, the
 pool ends the group.
-
-unified-planning imports ConfigSpace, and that all of SciPy's statistics, for the annotation of a method that nobody
-calls here. A stand-in takes its place: a worker is ready in less than half the time.
 """
 
 import json
@@ -17,16 +14,15 @@ import selectors
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, NoReturn
 
 from clo_fleet.planning import wire
+from clo_fleet.planning.light_import import stand_in_for_config_space
 
 if TYPE_CHECKING:
     from clo_fleet.planning.fast_downward import Finished
@@ -42,7 +38,7 @@ def main() -> None:
     answers = os.dup(STDOUT)
     os.dup2(STDERR, STDOUT)  # whatever a library prints must not get between the answers
     signal.signal(signal.SIGTERM, lambda *_: None)  # meant for the planner: see `_run`
-    _stand_in_for_config_space()
+    stand_in_for_config_space()
     from clo_fleet.planning.fast_downward import Call, solve
 
     lines = _Lines()
@@ -80,13 +76,6 @@ class _Lines:
             chunks.append(chunk)
         line, _, self._buffer = b"".join(chunks).partition(b"\n")
         return line
-
-
-def _stand_in_for_config_space() -> None:
-    """What is imported from now on finds an empty ConfigSpace."""
-    empty = ModuleType("ConfigSpace")
-    empty.ConfigurationSpace = object  # type: ignore[attr-defined]
-    sys.modules["ConfigSpace"] = empty
 
 
 def _run(command: Sequence[str], directory: Path, deadline: float) -> "Finished":

@@ -98,7 +98,7 @@ def test_in_a_crowd_all_is_as_it_must_be_in_every_tick(tmp_path: Path, run_fleet
     assert_goals_reached(run)
 
 
-@pytest.mark.parametrize("count", [1, 2, 10, 50])
+@pytest.mark.parametrize("count", [1, 2, 10, 25, pytest.param(50, marks=pytest.mark.study)])
 def test_any_number_of_robots_does_the_same_again(count: int, tmp_path: Path, run_fleet: RunFleet) -> None:
     """However many there are, all get where they want, nothing impossible happens, and a second run is the same."""
     world = errands(count, tmp_path)
