@@ -17,7 +17,8 @@ from typing import Any
 from clo_fleet.sim.custody import CarrierError, Custody, PresenceError, RoomsError, UnknownBodyError
 from clo_fleet.sim.discs import Disc, Discs, Touch
 from clo_fleet.sim.motion import starting_state
-from clo_fleet.sim.walls import spots, walls
+from clo_fleet.sim.spots import spots
+from clo_fleet.sim.walls import walls
 from clo_fleet.world.model import BuildingMap, ObjectId, ObjectSpec, Point, Pose, RobotId, RobotSpec, RoomId
 
 __all__ = ["CarrierError", "Contacts", "PresenceError", "Rooms", "RoomsError", "UnknownBodyError"]

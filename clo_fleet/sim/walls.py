@@ -7,7 +7,6 @@ the door, as wide as the lanes of the corridor. A door between two rooms is a ga
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import shapely
@@ -30,7 +29,6 @@ __all__ = [
     "inner_point",
     "outward",
     "room_walls",
-    "spots",
     "walls",
 ]
 
@@ -38,7 +36,6 @@ DOORWAY_INSIDE = 0.3  # [m] how far a doorway reaches into its room
 DOORWAY_OUTSIDE = 1.2  # [m] how far it reaches out: a robot's diameter, and room to turn into a lane
 LANES = 1.5  # [m] a doorway is no narrower: two lanes with centres 0.7 m apart, a robot's radius, 0.1 m to the sides
 JAMB = 0.1  # [m] beyond the wall a doorway gets wider than its door, lest the floor runs through the wall
-SPOT_STEP = 0.1  # [m] between the places that are tried for an item, and between rings of them
 DOOR_DEPTH = 0.3  # [m] a door opens the walls this near to it; outlines may lie a wall's thickness apart
 
 Segment = tuple[Point, Point]
@@ -156,24 +153,6 @@ def in_front(door: Door, room: RoomId, point: Point, clearance: float) -> bool:
 def in_room(room: Room, point: Point) -> bool:
     """Whether the point lies on the room's floor: inside its outline and in none of its obstacles."""
     return _inside(room.outline, point) and not any(_inside(obstacle, point) for obstacle in room.obstacles)
-
-
-def spots(building: BuildingMap, room: RoomId, near: Point, radius: float, within: float) -> Iterator[Point]:
-    """Places for an item on the room's floor and not in front of its doors, on growing rings round ``near``.
-
-    Whether something stands or lies there already, or a wall is too close, is for the caller to see.
-
-    Raises:
-        UnknownRoomError: if there is no such room.
-    """
-    floor = _room(building, room)
-    doors = [door for door in building.doors if room in door.rooms]
-    for ring in range(int(within / SPOT_STEP + 1e-9) + 1):
-        for k in range(max(1, 6 * ring)):
-            angle = math.tau * k / max(1, 6 * ring)
-            x, y = near[0] + ring * SPOT_STEP * math.cos(angle), near[1] + ring * SPOT_STEP * math.sin(angle)
-            if in_room(floor, (x, y)) and not any(in_front(door, room, (x, y), radius) for door in doors):
-                yield (x, y)
 
 
 def _room(building: BuildingMap, room: RoomId) -> Room:

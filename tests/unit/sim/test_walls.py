@@ -10,11 +10,8 @@ from clo_fleet.sim.walls import (
     beyond,
     doorway_walls,
     free_space,
-    in_front,
-    in_room,
     inner_point,
     room_walls,
-    spots,
     walls,
 )
 from clo_fleet.world.model import BuildingMap, Door, DoorId, Room, RoomId
@@ -112,13 +109,3 @@ def test_unknown_rooms_are_refused() -> None:
     with pytest.raises(DoorRoomError) as wrong:
         inner_point(OUT, RIGHT, 0.5)
     assert (wrong.value.door, wrong.value.room) == ("out", "right")
-
-
-def test_spots_lie_on_the_floor_and_not_in_front_of_doors() -> None:
-    """Every candidate for putting something down is in the room, outside obstacles, clear of doors."""
-    found = list(spots(BUILDING, LEFT, (2.5, 2.5), 0.12, 4.0))
-    assert found
-    assert all(in_room(BUILDING.rooms[0], spot) for spot in found)
-    assert not any(in_front(door, LEFT, spot, 0.12) for door in (OUT, BETWEEN) for spot in found)
-    distances = [math.dist(spot, (2.5, 2.5)) for spot in found]
-    assert distances == pytest.approx(sorted(distances))
