@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.replay.live import serving
 from clo_fleet.study.replay.page import view
 from clo_fleet.study.run import Run
@@ -45,10 +46,10 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def replay(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def replay(tmp_path_factory: pytest.TempPathFactory, fleet_planners: PlannerPool) -> Path:
     """The page of the paper's worked example."""
     out = tmp_path_factory.mktemp("replay")
-    with Run(read_world(shipped("worlds") / "three_rooms.yaml"), out=out) as run:
+    with Run(read_world(shipped("worlds") / "three_rooms.yaml"), out=out, planners=fleet_planners) as run:
         run.finish()
     return view(out)
 
@@ -146,10 +147,10 @@ def test_scrubbing_choosing_zooming_and_the_theme_change_what_is_seen(browser: A
     until(lambda: browser.execute_script(ground) != light)
 
 
-def test_a_run_can_be_watched_while_it_goes_on(browser: Any) -> None:
+def test_a_run_can_be_watched_while_it_goes_on(browser: Any, fleet_planners: PlannerPool) -> None:
     """The page follows; another host's name, another path and nonsense get nothing."""
     world = read_world(shipped("worlds") / "three_rooms.yaml")
-    with Run(world) as run, serving(run) as server:
+    with Run(world, planners=fleet_planners) as run, serving(run) as server:
         run.step(25)
         opened(browser, server.url)
         until(lambda: browser.execute_script("return window.replay.run.until") >= 4)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.result import RunResult
 from clo_fleet.study.run import Run
 from clo_fleet.study.shipped import shipped
@@ -20,17 +21,19 @@ def cluttered(world: World) -> World:
     return replace(world, objects=(*world.objects, *clutter))
 
 
-def finished(world: World, perception: Perception) -> tuple[RunResult, list[tuple[float, Event]]]:
+def finished(
+    world: World, perception: Perception, planners: PlannerPool
+) -> tuple[RunResult, list[tuple[float, Event]]]:
     """The world run to its end: the result, and what happened when."""
-    with Run(replace(world, perception=perception)) as run:
+    with Run(replace(world, perception=perception), planners=planners) as run:
         result = run.finish()
         return result, [(time, event) for _, time, event in run.log]
 
 
-def test_a_robot_that_looks_at_its_watch_set_only_does_the_same_and_looks_at_less() -> None:
+def test_a_robot_that_looks_at_its_watch_set_only_does_the_same_and_looks_at_less(fleet_planners: PlannerPool) -> None:
     """The causal links say what is worth looking at: in clutter under a third of the facts, and the same run."""
     world = cluttered(THREE_ROOMS)
-    (all_, seen), (few, watched) = (finished(world, Perception(mode)) for mode in _MODES)
+    (all_, seen), (few, watched) = (finished(world, Perception(mode), fleet_planners) for mode in _MODES)
     assert seen == watched
     for robot, result in few.robots.items():
         assert result.facts_looked_at > 0
@@ -39,11 +42,11 @@ def test_a_robot_that_looks_at_its_watch_set_only_does_the_same_and_looks_at_les
     assert looked[1] < looked[0] / 3
 
 
-def test_where_looking_takes_time_who_looks_at_everything_knows_later() -> None:
+def test_where_looking_takes_time_who_looks_at_everything_knows_later(fleet_planners: PlannerPool) -> None:
     """With 0.2 s a fact, news of other rooms reach a robot that sees all of them later, and it still ends well."""
     known = []
     for look in (0.0, 0.2):
-        result, log = finished(cluttered(THREE_ROOMS), Perception(PerceptionMode.FULL, look=look))
+        result, log = finished(cluttered(THREE_ROOMS), Perception(PerceptionMode.FULL, look=look), fleet_planners)
         assert result.outcome == "goals_reached"
         sensed = [(time, event) for time, event in log if isinstance(event, Sensed) and event.robot == "r1"]
         known.append(next(time for time, event in sensed if event.fact == ("prepared", "o2")))

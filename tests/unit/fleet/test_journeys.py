@@ -4,17 +4,18 @@ from dataclasses import astuple
 
 import pytest
 
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.run import Run
 from clo_fleet.study.shipped import shipped
 from clo_fleet.world.world_file import read_world
 
 
 @pytest.mark.parametrize("world", ["hello", "office"])
-def test_meters_are_the_same_however_often_one_looks(world: str) -> None:
+def test_meters_are_the_same_however_often_one_looks(world: str, fleet_planners: PlannerPool) -> None:
     """Whoever asks for a robot wakes all; times and ways come out alike, and so does what happens."""
     ends = []
     for often in (False, True):
-        with Run(read_world(shipped("worlds") / f"{world}.yaml"), "clo") as run:
+        with Run(read_world(shipped("worlds") / f"{world}.yaml"), "clo", planners=fleet_planners) as run:
             while not run.done:
                 run.step()
                 if often:

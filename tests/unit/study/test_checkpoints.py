@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from clo_fleet.errors import CloFleetError
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.checkpoints import CheckpointError
 from clo_fleet.study.event_log import EventLog, line
 from clo_fleet.study.event_reading import EventLogError, recorded
@@ -21,12 +22,14 @@ from clo_fleet.world.world_file import read_world
 
 
 @pytest.fixture(scope="module")
-def stopped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def stopped(tmp_path_factory: pytest.TempPathFactory, fleet_planners: PlannerPool) -> Path:
     """A folder with copies of the shipped files, and in ``run`` a run of ``hello`` that was stopped after 7.4 s."""
     folder = tmp_path_factory.mktemp("stopped")
     copy_out(folder)
     source = folder / "worlds/hello.yaml"
-    with Run(read_world(source), out=folder / "run", checkpoint_every=2.0, source=source) as run:
+    with Run(
+        read_world(source), out=folder / "run", checkpoint_every=2.0, source=source, planners=fleet_planners
+    ) as run:
         run.step(37)
     return folder
 

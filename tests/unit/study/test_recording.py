@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.event_log import read_events
 from clo_fleet.study.replay.page import NoReplayError, view
 from clo_fleet.study.replay.recording import piece
@@ -16,10 +17,10 @@ from clo_fleet.world.world_file import read_world
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory: pytest.TempPathFactory, fleet_planners: PlannerPool) -> Path:
     """A run of the paper's worked example."""
     out = tmp_path_factory.mktemp("three_rooms")
-    with Run(read_world(shipped("worlds") / "three_rooms.yaml"), out=out) as run:
+    with Run(read_world(shipped("worlds") / "three_rooms.yaml"), out=out, planners=fleet_planners) as run:
         run.finish()
     return out
 
