@@ -77,7 +77,7 @@ class Attention:
             return self._around(RobotId(shown))
         if shown in words.names.objects:
             item = ObjectId(shown)
-            carrier, room = site.rooms.carrier(item), site.item_place(item)
+            carrier, room = site.rooms.carrier(item), site.items.place(item)
             return self._around(carrier) if carrier is not None else site.bodies_in(RoomId(room)) if room else ()
         return site.bodies_in(RoomId(shown)) if shown in words.names.rooms else (() if shown == DOER else self._robots)
 
@@ -90,11 +90,13 @@ class Attention:
         """Whether the robot sees all that there is in its room, wherever it and the others go in there."""
         site = self._site
         room = site.floor(robot)
-        if room is None or site.place(robot) != PlaceId(room) or not site.sightlines(room).plain_within(self._range):
+        if room is None or site.place(robot) != PlaceId(room):
             return False
-        lying = (site.item_position(item) for item in site.items_in(room))
+        sightlines = site.premises.sightlines(room)
+        if not sightlines.plain_within(self._range):
+            return False
+        lying = (site.rooms.item_position(item) for item in site.items.lying_in(room))
         loaded = (other for other in site.bodies_in(room) if site.rooms.carried(other) or other in self._words.shown)
-        inside = site.sightlines(room).inside
-        return all(at is not None and inside(at) for at in lying) and all(
+        return all(at is not None and sightlines.inside(at) for at in lying) and all(
             site.place(other) == PlaceId(room) for other in loaded
         )

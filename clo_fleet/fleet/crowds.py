@@ -59,7 +59,7 @@ class Crowds:
 
     def _beyond(self, room: RoomId | None) -> list[RoomId]:
         """The rooms with robots straight behind the doors of a room, sorted."""
-        doors = self._site.doors_of(room) if room is not None else ()
+        doors = self._site.premises.doors_of(room) if room is not None else ()
         return sorted({other for door in doors for other in door.rooms if other in self._last} - {room})
 
     def _stirs(self, last: tuple[list[Wish], list[Agent]], now: tuple[list[Wish], list[Agent]]) -> bool:

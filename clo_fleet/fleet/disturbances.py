@@ -155,7 +155,7 @@ class Disturbances:
             case world.ObjectMoved(_, _, position):
                 rooms.move_item(item, position)
             case world.ObjectTaken():
-                self._site.take_away(item)
+                self._site.items.take_away(item)
             case _:
                 return self._prepare(item)
         return described(disturbance)
@@ -201,13 +201,16 @@ class Disturbances:
         return ""
 
     def _bring_back(self, item: ObjectId, position: Point | None) -> str:
-        x, y = self._site.bring_back(item, position)
+        x, y = self._site.items.bring_back(item, position)
         return f"to {x:.3g} {y:.3g}"
 
     def _drop(self, item: ObjectId) -> str | _NoEffect:
         carrier = self._site.rooms.carrier(item)
-        spot = self._site.drop(item)
-        if carrier is None or spot is None:
-            return _NoEffect("nobody carries it" if carrier is None else f"no floor for it beside {carrier}")
+        if carrier is None:
+            return _NoEffect("nobody carries it")
+        floor = self._site.floor(carrier)
+        spot = self._site.items.drop(item, carrier, floor) if floor is not None else None
+        if spot is None:
+            return _NoEffect(f"no floor for it beside {carrier}")
         self._truth.handle(item, None)
         return f"by {carrier} at {spot[0]:.3g} {spot[1]:.3g}"

@@ -40,7 +40,7 @@ class Meetings:
             for other, gifts in self.gifts(robot).items()
             if (announced := self._hearsay.known(robot.id, other)) is not None
             for meeting in meeting_places(announced, gifts, words)
-            if self._site.is_room(PlaceId(meeting.place))
+            if self._site.premises.is_room(PlaceId(meeting.place))
             and meeting.until >= self._questions.earliest(robot.id, robot.executive.beliefs, gifts, meeting.place)
             for fact in words.facts(SensorKind.MEETS, other, meeting.place)
         }

@@ -43,5 +43,5 @@ class Tracks:
         return (robot, round(pose.x, 3), round(pose.y, 3), round(pose.heading, 3))
 
     def _object(self, item: ObjectId) -> Body | None:
-        position = self._site.item_position(item)
+        position = self._site.rooms.item_position(item)
         return None if position is None else (item, round(position[0], 3), round(position[1], 3), 0.0)

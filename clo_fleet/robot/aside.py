@@ -44,7 +44,7 @@ class StandAside:
             return Under(back, direct=True)
         here = site.pose(spec.id).point
         needed = spec.radius + ROOM + (0.0 if self.spot is None else LEAVE)
-        if not any(in_front(door, room, here, needed) for door in site.doors_of(room)):
+        if not any(in_front(door, room, here, needed) for door in site.premises.doors_of(room)):
             self.spot = None
             return Under()
         if self.spot is None or time - self.chosen_at >= RENEW:
@@ -76,13 +76,15 @@ def _place(site: Site, spec: RobotSpec, room: RoomId, here: Point) -> Point:
         free = site.rooms.free_spot(here, spec.radius + margin, room, within=AROUND)
         if free is not None:
             return free
-    ways = [way_in(door, room, spec.radius) for door in site.doors_of(room)]
+    ways = [way_in(door, room, spec.radius) for door in site.premises.doors_of(room)]
     others = [site.pose(other).point for other in site.bodies_in(room) if other != spec.id]
 
     def away(point: Point) -> float:
         return min(off_line(point, *way) for way in ways)
 
-    corners = (site.paths(room).nearest_free(corner, spec.radius) for corner in site.room(room).outline)
+    corners = (
+        site.premises.paths(room).nearest_free(corner, spec.radius) for corner in site.premises.rooms[room].outline
+    )
     free_corners = [
         corner
         for corner in corners

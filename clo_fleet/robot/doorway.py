@@ -98,11 +98,11 @@ def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Poin
 
 def _waiting_points(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Iterator[Point]:
     """The places to wait beside a door that walls, obstacles and other doors leave, the nearest on the right first."""
-    others = [other for other in site.doors_of(room) if other.id != door.id]
+    others = [other for other in site.premises.doors_of(room) if other.id != door.id]
     side = lane(door, spec.radius, out=True)
     for inside, right in WAITING:
         point = _inner(door, room, inside, right + math.copysign(side, right))
-        free = site.paths(room).nearest_free(point, spec.radius)
+        free = site.premises.paths(room).nearest_free(point, spec.radius)
         if free is None or math.dist(point, free) > FREE:
             continue
         if not any(in_front(other, room, free, spec.radius) for other in others):
@@ -112,7 +112,7 @@ def _waiting_points(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> It
 def inward(site: Site, spec: RobotSpec, room: RoomId) -> Point | None:
     """The velocity at which a robot backs into the room that was pushed into a doorway without the right of way."""
     here = site.pose(spec.id).point
-    for door in site.doors_of(room):
+    for door in site.premises.doors_of(room):
         x, y = outward(door, room)
         dx, dy = here[0] - door.position[0], here[1] - door.position[1]
         if dx * x + dy * y > -spec.radius - RIM and abs(dy * x - dx * y) < door.width / 2:

@@ -360,8 +360,8 @@ class Drive:
             return Under(back, direct=True)
         pushed = [
             item
-            for item in site.items_in(self.start)
-            if (lies := site.item_position(item)) is not None and math.dist(lies, target) < PUSHED
+            for item in site.items.lying_in(self.start)
+            if (lies := site.rooms.item_position(item)) is not None and math.dist(lies, target) < PUSHED
         ]
         velocity = self.steering.velocity(
             site, body.spec, self.start, target, body.time, near=near, ignoring=pushed, onward=onward
@@ -427,7 +427,7 @@ _STEPS = {
 
 def _door(site: Site, door: DoorId | None) -> Door:
     assert door is not None, "a drive chooses its doors before its first phase"
-    return site.door(door)
+    return site.premises.doors[door]
 
 
 def _away(site: Site, door: Door, robot: RobotId) -> float:

@@ -41,7 +41,7 @@ class Handle:
             return Cancelled()
         if (gone := self._gone(body)) is not None:
             return gone
-        position = body.site.item_position(self.item)
+        position = body.site.rooms.item_position(self.item)
         assert position is not None, "an object that lies in a room has a position"
         distance = math.dist(position, body.site.pose(body.id).point) - body.spec.radius
         if self.worked < 0.0:
@@ -100,7 +100,7 @@ class Handle:
         carrier = body.site.rooms.carrier(self.item)
         if carrier is not None:
             return Failed(f"taken by {carrier}", self._seen(body))
-        if body.site.item_place(self.item) != PlaceId(self.room):
+        if body.site.items.place(self.item) != PlaceId(self.room):
             return Failed("not there", self._seen(body))
         return None
 
@@ -146,7 +146,7 @@ class Place:
         self.began = body.time if self.began < 0.0 else self.began
         if self.spot is None:
             self.spot = body.site.rooms.free_spot(
-                body.site.pose(body.id).point, body.site.item_radius(self.item), self.room
+                body.site.pose(body.id).point, body.site.items.radius(self.item), self.room
             )
             if self.spot is None:
                 if body.time - self.began > GIVE_UP:
@@ -167,7 +167,7 @@ class Place:
         self.worked += body.site.tick
         if self.worked < body.takes - 1e-9:
             return Under(direct=True)
-        spot = body.site.rooms.free_spot(self.spot, body.site.item_radius(self.item), self.room)
+        spot = body.site.rooms.free_spot(self.spot, body.site.items.radius(self.item), self.room)
         if spot is None or math.dist(here, spot) > within + LOST:
             self.spot, self.worked = None, -1.0
             return Under(standing_for="a free spot")

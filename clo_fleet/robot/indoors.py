@@ -33,11 +33,11 @@ def at_doors(site: Site) -> list[Agent]:
 def indoors(site: Site, robot: RobotId, velocity: Point) -> Point:
     """The velocity without what would carry the robot out of its room by a door that it does not mean to pass."""
     place = site.place(robot)
-    if not site.is_room(place):
+    if not site.premises.is_room(place):
         return velocity
     (x, y), (vx, vy) = site.pose(robot).point, velocity
     room = RoomId(place)
-    for door in site.doors_of(room):
+    for door in site.premises.doors_of(room):
         ahead = (x + vx * AHEAD, y + vy * AHEAD)
         if in_front(door, room, ahead, 0.0) and beyond(door, room, ahead):
             nx, ny = outward(door, room)

@@ -77,7 +77,7 @@ class Senses:
         own = sorted(fact for fact in beliefs if robot in fact and _own(fact, robot, truth.words))
         seen = {fact: fact in truth.facts for fact in own}
         place, carried = site.place(robot), site.rooms.carried(robot)
-        if site.is_room(place):
+        if site.premises.is_room(place):
             seen |= dict.fromkeys(truth.words.facts(SensorKind.PLACE, robot, str(place)), True)
         for item in carried:
             seen |= dict.fromkeys(truth.words.facts(SensorKind.HOLDING, robot, item), True)
@@ -93,7 +93,7 @@ class Senses:
         """What the robot sees of the room on whose floor it is."""
         site = self._site
         place = site.place(robot)
-        if not site.is_room(place) or site.in_corridor(robot):
+        if not site.premises.is_room(place) or site.in_corridor(robot):
             return {}
         room = RoomId(place)
         attended = self._attended(robot, beliefs, watch)
@@ -113,14 +113,14 @@ class Senses:
         site, seen = self._site, Seen()
         shown = self._truth.words.shown
         lying: dict[ObjectId, Point] = {}
-        for item in site.items_in(room):
-            if (position := site.item_position(item)) is not None:
+        for item in site.items.lying_in(room):
+            if (position := site.rooms.item_position(item)) is not None:
                 lying[item] = position
         others = [
             other for other in site.bodies_in(room) if other != robot and (site.rooms.carried(other) or other in shown)
         ]
         points = [*lying.values(), *(site.pose(other).point for other in others)]
-        in_view = site.sightlines(room).seen(site.pose(robot).point, points, self._perception.range)
+        in_view = site.premises.sightlines(room).seen(site.pose(robot).point, points, self._perception.range)
         words, names = self._truth.words, {str(room)}
         for item, visible in zip(lying, in_view, strict=False):
             if visible:
@@ -147,12 +147,12 @@ class Senses:
             return Everything()
         words, facts = self._truth.words, self._truth.facts
         known = {words.item(fact) for fact in beliefs if not _own(fact, robot, words) or fact in facts}
-        minded = ({*self._site.objects} - known | {words.item(fact) for fact in watch}) - {""}
+        minded = ({*self._site.items.ids} - known | {words.item(fact) for fact in watch}) - {""}
         return watch | {fact for fact in facts | beliefs if words.item(fact) in minded}
 
     def _overlooked(self, robot: RobotId, room: RoomId) -> bool:
         """Whether the robot has seen all of the room since it began to miss something there."""
-        lines = self._site.sightlines(room)
+        lines = self._site.premises.sightlines(room)
         last, before = self._searched.get(robot, (room, frozenset()))
         before = before if last == room else frozenset()
         left = [number for number in range(len(lines.spots)) if number not in before]
@@ -165,7 +165,7 @@ class Senses:
     def _concerns(self, fact: Fact, robot: RobotId) -> bool:
         """Where other robots are is not a fact of a robot's own task, and a corridor is no place to be at."""
         about = self._truth.words.read(fact, SensorKind.PLACE)
-        return not about or (about[0] == robot and self._site.is_room(PlaceId(about[1])))
+        return not about or (about[0] == robot and self._site.premises.is_room(PlaceId(about[1])))
 
 
 def consequences(seen: Seen, beliefs: frozenset[Fact], words: Vocabulary) -> Seen:

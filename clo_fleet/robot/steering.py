@@ -73,7 +73,7 @@ def along_walls(site: Site, spec: RobotSpec, velocity: tuple[float, float]) -> t
     room = site.floor(spec.id)
     if room is None or velocity == (0.0, 0.0):
         return velocity
-    return site.paths(room).along_walls(site.pose(spec.id).point, velocity, spec.radius, WALLS_AHEAD)
+    return site.premises.paths(room).along_walls(site.pose(spec.id).point, velocity, spec.radius, WALLS_AHEAD)
 
 
 @dataclass(slots=True)
@@ -163,7 +163,7 @@ class Steering:
         near: float, ignoring: Sequence[str],
     ) -> None:  # fmt: skip
         self.target, self.found_at = target, time
-        paths, within = site.paths(room), max(0.0, near - OVERSHOOT)
+        paths, within = site.premises.paths(room), max(0.0, near - OVERSHOOT)
         things, robots = _things(site, room, ignoring), _standing(site, spec.id, room, ignoring)
         for discs in ([*things, *((at, size + BERTH) for at, size in robots)], [*things, *robots], things):
             way = paths.path(here, target, spec.radius, discs, within=within)
@@ -189,7 +189,11 @@ def _point(plain: Sequence[float] | None) -> Point | None:
 
 def _things(site: Site, room: RoomId, ignoring: Sequence[str]) -> list[Disc]:
     """The objects on the floor."""
-    lying = ((site.item_position(item), site.item_radius(item)) for item in site.items_in(room) if item not in ignoring)
+    lying = (
+        (site.rooms.item_position(item), site.items.radius(item))
+        for item in site.items.lying_in(room)
+        if item not in ignoring
+    )
     return [(position, radius) for position, radius in lying if position is not None]
 
 

@@ -6,10 +6,8 @@ In a room a robot is a pymunk body, in the corridors a SUMO vehicle. It changes 
 the exact pose of the other form, so that nothing jumps: a body drives out to where SUMO will put the vehicle,
 ``depart`` asks SUMO to insert it, and in the step in which SUMO did so the body goes. A vehicle that arrived
 holds at the end of its lane until ``admit``; then it goes and the body stands where it stood. The place of a
-robot changes when its centre crosses the door's line, whatever its form.
-
-A doorway belongs to its room for whatever lies there: an object is never in the corridors but in a hand. Who and
-what is in which room is noted once a tick, for the many who ask.
+robot changes when its centre crosses the door's line, whatever its form. Who is in which room is noted once a
+tick, for the many who ask.
 """
 
 import math
@@ -21,30 +19,15 @@ from typing import Any, Self
 from clo_fleet.errors import CloFleetError
 from clo_fleet.sim.corridors import Corridors
 from clo_fleet.sim.doors import Doors
-from clo_fleet.sim.lanes import passages
-from clo_fleet.sim.paths import RoomPaths
+from clo_fleet.sim.items import Items
+from clo_fleet.sim.premises import Premises
 from clo_fleet.sim.right_of_way import Hindrance
 from clo_fleet.sim.rooms import Rooms
 from clo_fleet.sim.routes import Route
-from clo_fleet.sim.sightlines import Sightlines
 from clo_fleet.sim.traffic import Course, Traffic
 from clo_fleet.sim.vehicle import LENGTH, off_vehicle
-from clo_fleet.sim.walls import free_space, in_room
-from clo_fleet.world.model import (
-    BuildingMap,
-    Door,
-    DoorId,
-    ObjectId,
-    ObjectSpec,
-    PlaceId,
-    Point,
-    Pose,
-    RobotId,
-    RobotSpec,
-    Room,
-    RoomId,
-)
-from clo_fleet.world.places import Way, Ways, zones
+from clo_fleet.world.model import BuildingMap, DoorId, ObjectSpec, PlaceId, Point, Pose, RobotId, RobotSpec, RoomId
+from clo_fleet.world.places import Ways
 
 __all__ = ["NoCorridorsError", "Site"]
 
@@ -71,19 +54,14 @@ class Site:
     ) -> None:
         self.building = building
         self.tick = tick
+        self.premises = Premises(building)
         self.rooms = Rooms(building, robots, objects, tick=tick)
+        self.items = Items(self.rooms, self.premises, objects)
         self._corridors = Corridors(building, seed=seed, tick=tick) if building.corridors else None
         self.traffic = Traffic(building, self._corridors, robots)
-        self._room: dict[RoomId, Room] = {room.id: room for room in building.rooms}
-        self._door: dict[DoorId, Door] = {door.id: door for door in passages(building)}
-        self._doors_of = {room: tuple(d for d in self._door.values() if room in d.rooms) for room in self._room}
-        self.doors = Doors(self._door.values())
-        self._objects = {spec.id: spec for spec in sorted(objects, key=lambda spec: spec.id)}
+        self.doors = Doors(self.premises.doors.values())
         self._robots = {spec.id: spec for spec in sorted(robots, key=lambda spec: spec.id)}
-        self._zone_of_door = _zones_of_doors(building)
         self._ways = Ways(building)
-        self._paths: dict[RoomId, RoomPaths] = {}
-        self._sightlines: dict[RoomId, Sightlines] = {}
         self._max_speed = {spec.id: spec.max_speed for spec in robots}
         self._vehicle: dict[RobotId, Route] = {}  # robots that are vehicles
         self._inserting: dict[RobotId, Route] = {}  # bodies for whom SUMO has a vehicle pending
@@ -92,8 +70,6 @@ class Site:
         self._settled: set[RobotId] = set()  # who was in the same place in the last two steps
         for spec in robots:
             self._place[spec.id] = PlaceId(spec.room)
-        self._object_place = {spec.id: (spec.position, spec.room) for spec in self._objects.values()}
-        self._lying: dict[RoomId, list[ObjectId]] = {}
         self._standing: dict[RoomId, list[RobotId]] = {}
         self.stirred: set[RoomId] = set()  # the rooms to which something came, or from which it went, in the last step
         self._note_who_is_where()
@@ -126,39 +102,6 @@ class Site:
             raise NoCorridorsError(f"building {self.building.name} has no corridors")
         return self._corridors
 
-    def room(self, room: RoomId) -> Room:
-        """The room of that id."""
-        return self._room[room]
-
-    def door(self, door: DoorId) -> Door:
-        """The door of that id."""
-        return self._door[door]
-
-    def doors_of(self, room: RoomId) -> tuple[Door, ...]:
-        """The doors of a room."""
-        return self._doors_of[room]
-
-    def is_room(self, place: PlaceId) -> bool:
-        """Whether the place is a room, not a zone."""
-        return RoomId(place) in self._room
-
-    def paths(self, room: RoomId) -> RoomPaths:
-        """The paths of a room; made when first asked for."""
-        if room not in self._paths:
-            self._paths[room] = RoomPaths(free_space(self.building, room))
-        return self._paths[room]
-
-    def sightlines(self, room: RoomId) -> Sightlines:
-        """The lines of sight of a room; made when first asked for."""
-        if room not in self._sightlines:
-            self._sightlines[room] = Sightlines(self._room[room], free_space(self.building, room))
-        return self._sightlines[room]
-
-    @property
-    def objects(self) -> tuple[ObjectId, ...]:
-        """All objects, sorted."""
-        return tuple(self._objects)
-
     def in_corridor(self, robot: RobotId) -> bool:
         """Whether the robot is a vehicle."""
         return robot in self._vehicle
@@ -178,27 +121,6 @@ class Site:
         """The room or zone in which the robot's centre is."""
         return self._place[robot]
 
-    def item_position(self, item: ObjectId) -> Point | None:
-        """Where an object lies or is carried in a room; ``None`` while it is in the corridors, or gone."""
-        return self.rooms.item_position(item)
-
-    def item_place(self, item: ObjectId) -> PlaceId | None:
-        """The room in which an object lies, at this moment; ``None`` while it is carried, or gone."""
-        if self.rooms.carrier(item) is not None or self.rooms.gone(item):
-            return None
-        position = self.rooms.item_position(item)
-        assert position is not None, "what nobody carries is in a room"
-        noted, room = self._object_place[item]
-        if position != noted:
-            room = self._room_around(position, room)
-            self._object_place[item] = (position, room)
-        return PlaceId(room)
-
-    def items_in(self, room: RoomId) -> tuple[ObjectId, ...]:
-        """The objects that lie in the room since the last step, sorted."""
-        here, rooms = self._lying.get(room, ()), self.rooms
-        return tuple(item for item in here if rooms.carrier(item) is None and not rooms.gone(item))
-
     def bodies_in(self, room: RoomId) -> tuple[RobotId, ...]:
         """The robots that were bodies on the floor of the room or of its doorways at the last step, sorted."""
         return tuple(robot for robot in self._standing.get(room, ()) if robot not in self._vehicle)
@@ -208,13 +130,9 @@ class Site:
         if robot in self._vehicle:
             return None
         place = self._place[robot]
-        if RoomId(place) in self._room:
-            return RoomId(place)
-        return self._nearest_door(place, self.pose(robot).point).rooms[0]
-
-    def item_radius(self, item: ObjectId) -> float:
-        """The object's radius [m]."""
-        return self._objects[item].radius
+        if (room := RoomId(place)) in self.premises.rooms:
+            return room
+        return self.premises.nearest_door(place, self.pose(robot).point).rooms[0]
 
     def robot_radius(self, robot: RobotId) -> float:
         """The robot's radius [m]."""
@@ -223,10 +141,6 @@ class Site:
     def max_speed(self, robot: RobotId) -> float:
         """The robot's top speed at present [m/s]."""
         return self._max_speed[robot]
-
-    def ways(self, start: RoomId, goal: RoomId) -> tuple[Way, ...]:
-        """The ways from one room to another without a third between them, the quickest first."""
-        return self._ways.between(start, goal)
 
     def entry_clear(self, route: Route, radius: float) -> bool:
         """Whether a robot can stand where the route begins, and will be let in there before others."""
@@ -240,14 +154,14 @@ class Site:
         """The vehicles that have arrived and wait to be let in, sorted, with the room at whose door each one holds."""
         if self._corridors is None:
             return {}
-        return {robot: self._door[self._vehicle[robot].end].rooms[0] for robot in self._corridors.arrived()}
+        return {robot: self.premises.doors[self._vehicle[robot].end].rooms[0] for robot in self._corridors.arrived()}
 
     def coming(self, door: DoorId, within: float) -> RobotId | None:
         """The first vehicle by id that is to arrive at the door and is this near to it [m], or holds there."""
         near = (
             robot
             for robot in sorted(robot for robot, route in self._vehicle.items() if route.end == door)
-            if math.dist(self.pose(robot).point, self._door[door].position) < within
+            if math.dist(self.pose(robot).point, self.premises.doors[door].position) < within
         )
         return next(near, None)
 
@@ -257,8 +171,8 @@ class Site:
         ``out``: only out of this door, if given.
         """
         here, speed = self.pose(robot).point, self._max_speed[robot]
-        away = {door.id: math.dist(here, door.position) / max(speed, SLOWEST) for door in self._doors_of[start]}
-        ways = (way for way in self.ways(start, goal) if out in (None, way.exit))
+        away = {door.id: math.dist(here, door.position) / max(speed, SLOWEST) for door in self.premises.doors_of(start)}
+        ways = (way for way in self._ways.between(start, goal) if out in (None, way.exit))
         return self.traffic.course(ways, away)
 
     def waiting(self) -> dict[RobotId, RobotId | None]:
@@ -278,7 +192,7 @@ class Site:
 
     def divert(self, robot: RobotId, start: RoomId, goal: RoomId, *, quicker: bool = False) -> Course | None:
         """Send a vehicle that came from ``start`` another way, into ``goal``; ``None``: that cannot be, now."""
-        doors = (door for door in self._doors_of[goal] if len(door.rooms) == 1)
+        doors = (door for door in self.premises.doors_of(goal) if len(door.rooms) == 1)
         route = self.traffic.divert(robot, self._vehicle[robot], start, doors, quicker=quicker)
         if route is None:
             return None
@@ -291,30 +205,6 @@ class Site:
         self.rooms.set_max_speed(robot, max_speed)
         if robot in self._vehicle or robot in self._inserting:
             self.corridors.set_max_speed(robot, max_speed)
-
-    def take_away(self, item: ObjectId) -> None:
-        """Take an object that lies free out of the building."""
-        self.item_place(item)  # notes where it lay
-        self.rooms.take_away(item)
-
-    def bring_back(self, item: ObjectId, position: Point | None) -> Point:
-        """Put an object that is gone where it is free about ``position`` [m], or where it lay; returns the place."""
-        lay, room = self._object_place[item]
-        if position is None:
-            position = self.rooms.free_spot(lay, self.item_radius(item), room) or lay
-        self.rooms.bring_back(item, position)
-        return position
-
-    def drop(self, item: ObjectId) -> Point | None:
-        """Let an object slip out of its carrier's hand, beside it; ``None``: there is no room, or no floor."""
-        carrier = self.rooms.carrier(item)
-        room = None if carrier is None else self.floor(carrier)
-        if carrier is None or room is None:
-            return None
-        spot = self.rooms.free_spot(self.pose(carrier).point, self.item_radius(item), room)
-        if spot is not None:
-            self.rooms.release(carrier, item, spot)
-        return spot
 
     def depart(self, robot: RobotId, route: Route) -> None:
         """Ask SUMO to take the robot over where it stands, at the beginning of ``route``."""
@@ -356,7 +246,7 @@ class Site:
             self._give_up_place(robot)
         for robot in self.rooms.present():
             if robot not in self._settled or robot in self.rooms.moving:
-                place, last = self._place_at(self.pose(robot).point, self._place[robot]), self._place[robot]
+                place, last = self.premises.place_at(self.pose(robot).point, self._place[robot]), self._place[robot]
                 self._place[robot] = place
                 (self._settled.add if place == last else self._settled.discard)(robot)
         self._note_who_is_where()
@@ -371,7 +261,7 @@ class Site:
             "corridors": self._corridors.state() if self._corridors else None,
             "traffic": self.traffic.state(),
             "place": dict(self._place),
-            "object_place": {item: [list(at), room] for item, (at, room) in self._object_place.items()},
+            "object_place": self.items.state(),
             "max_speed": dict(self._max_speed),
             "vehicle": {robot: route.state() for robot, route in self._vehicle.items()},
             "inserting": {robot: route.state() for robot, route in self._inserting.items()},
@@ -393,12 +283,13 @@ class Site:
         """The site, not yet entered, that ``state()`` was taken from. ``traffic``: what the corridors saved."""
         site = cls(building, robots, objects, seed=seed, tick=tick)
         site.rooms = Rooms.from_state(building, robots, objects, state["rooms"], tick=tick)
+        site.items = Items(site.rooms, site.premises, objects)
+        site.items.restore(state["object_place"])
         site.doors.restore(state["doors"])
         if traffic is not None:
             site._corridors = Corridors.from_state(building, state["corridors"], traffic)
         site.traffic = Traffic.from_state(building, site._corridors, robots, state["traffic"])
         site._place = dict(state["place"])
-        site._object_place = {item: ((at[0], at[1]), room) for item, (at, room) in state["object_place"].items()}
         site._max_speed = dict(state["max_speed"])
         site._vehicle = {robot: Route.from_state(route) for robot, route in state["vehicle"].items()}
         site._inserting = {robot: Route.from_state(route) for robot, route in state["inserting"].items()}
@@ -415,58 +306,14 @@ class Site:
         self.traffic.right_of_way.withdraw(robot)
 
     def _note_who_is_where(self) -> None:
-        before = (self._lying, self._standing)
-        self._lying, self._standing = {}, {}
-        for item in self._objects:
-            if (place := self.item_place(item)) is not None:
-                self._lying.setdefault(RoomId(place), []).append(item)
+        lay, stood = self.items.lying, self._standing
+        self.items.note()
+        self._standing = {}
         for robot in self._robots:
             if (room := self.floor(robot)) is not None:
                 self._standing.setdefault(room, []).append(robot)
-        self.stirred = _differing(before[0], self._lying) | _differing(before[1], self._standing)
-
-    def _place_at(self, point: Point, last: PlaceId) -> PlaceId:
-        """The place of a robot's centre that was in ``last`` a tick ago: out of a room is through its door."""
-        if RoomId(last) in self._room:
-            room = self._room[RoomId(last)]
-            if in_room(room, point):
-                return last
-            door = min(
-                self._doors_of[room.id],
-                key=lambda door: math.dist(door.position, point),
-                default=None,
-            )
-            if door is None:
-                return last
-            other = next((other for other in door.rooms if other != room.id), None)
-            return PlaceId(other) if other is not None else self._zone_of_door[door.id]
-        room = self._room[self._nearest_door(last, point).rooms[0]]
-        return PlaceId(room.id) if in_room(room, point) else last
-
-    def _nearest_door(self, zone: PlaceId, point: Point) -> Door:
-        """The door onto a zone that is nearest to a point."""
-        doors = (self._door[door] for door, beyond in self._zone_of_door.items() if beyond == zone)
-        return min(doors, key=lambda door: math.dist(door.position, point))
-
-    def _room_around(self, point: Point, last: RoomId) -> RoomId:
-        """The room of a point: the one whose floor it is on; in a doorway, or under a wall, the last one."""
-        if in_room(self._room[last], point):
-            return last
-        return next((room.id for room in self.building.rooms if in_room(room, point)), last)
+        self.stirred = _differing(lay, self.items.lying) | _differing(stood, self._standing)
 
 
 def _differing(before: Mapping[RoomId, object], now: Mapping[RoomId, object]) -> set[RoomId]:
     return {room for room in before.keys() | now.keys() if before.get(room) != now.get(room)}
-
-
-def _zones_of_doors(building: BuildingMap) -> dict[DoorId, PlaceId]:
-    """The zone behind each door that opens on corridors."""
-    ends = {corridor.id: (corridor.start, corridor.end) for corridor in building.corridors}
-    doors = {door.id for door in building.doors}
-    return {
-        DoorId(end): zone
-        for zone, corridors in zones(building).items()
-        for corridor in sorted(corridors)
-        for end in ends[corridor]
-        if end in doors
-    }

@@ -150,7 +150,7 @@ class Truth:
             return ()
         carrier = self._site.rooms.carrier(item)
         if carrier is None:
-            return self.words.facts(SensorKind.POSITION, item, str(self._site.item_place(item)))
+            return self.words.facts(SensorKind.POSITION, item, str(self._site.items.place(item)))
         return self.words.facts(SensorKind.HOLDING, carrier, item)
 
     def _holds(self, fact: Fact) -> bool:
@@ -172,7 +172,7 @@ class Truth:
         if self._site.rooms.carrier(item) is not None:
             self._anchors[fact] = None
             return
-        position, anchor = self._site.item_position(item), self._anchors[fact]
+        position, anchor = self._site.rooms.item_position(item), self._anchors[fact]
         if anchor is None and position is not None:
             self._anchors[fact] = position
         elif anchor is None or position is None or math.dist(anchor, position) > SHOVED:

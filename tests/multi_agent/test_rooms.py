@@ -240,7 +240,7 @@ def test_a_thing_in_the_only_gap_is_pushed_and_the_robot_comes_through() -> None
     crowd = Crowd(two_halls(1.2), [(HALL, (4, 4))], rooms={0: OTHER}, things=[(7.4, 4.0)])
     crowd.until_arrived(30.0)
     assert crowd.contacts.robot_item >= 1
-    moved = crowd.site.item_position(ObjectId("o00"))
+    moved = crowd.site.rooms.item_position(ObjectId("o00"))
     assert moved is not None
     assert math.dist(moved, (7.4, 4.0)) > 0.2
 

@@ -103,7 +103,7 @@ class Facts:
         """Where each object is and whether it is prepared."""
         site = self._mission.site
         specs = self._mission.world.objects
-        positions = {spec.id: site.item_position(spec.id) for spec in specs}
+        positions = {spec.id: site.rooms.item_position(spec.id) for spec in specs}
         free = [spec.id for spec in specs if site.rooms.carrier(spec.id) is None and not site.rooms.gone(spec.id)]
         found: set[Fact] = set()
         around = self._around([positions[item] or (math.nan, math.nan) for item in free])

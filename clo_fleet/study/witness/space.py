@@ -83,7 +83,7 @@ class Space:
             for item in rooms.carried(robot):
                 hands[item].append(robot)
         for item, carriers in hands.items():
-            carrier, position = rooms.carrier(item), self._site.item_position(item)
+            carrier, position = rooms.carrier(item), self._site.rooms.item_position(item)
             if carriers != ([] if carrier is None else [carrier]):
                 yield f"carried by {carriers} and by {carrier}", (item,)
             elif (position is None) is not (rooms.gone(item) or (carrier is not None and carrier in scene.vehicles)):

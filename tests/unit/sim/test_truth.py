@@ -59,11 +59,11 @@ def test_an_object_is_where_it_lies_at_this_moment() -> None:
     """Moved into the next room, it is there before the tick is over."""
     site, truth = scene()
     site.rooms.move_item(CUP, (10, 2))
-    assert site.item_place(CUP) == PlaceId(B)
+    assert site.items.place(CUP) == PlaceId(B)
     assert truth.look(("at-object", "cup", "b")).value
     site.step()
-    assert site.items_in(B) == (CUP,)
-    assert site.items_in(A) == ()
+    assert site.items.lying_in(B) == (CUP,)
+    assert site.items.lying_in(A) == ()
 
 
 def test_a_prepared_object_stays_so_in_hand_but_not_when_it_is_shoved() -> None:
