@@ -220,7 +220,7 @@ def bare_sumo(world: World, recording: Recording) -> float:
     """The same vehicles on the same routes, entering and leaving in the same ticks [s a tick]."""
     import libsumo
 
-    from clo_fleet.sim.corridors import OPTIONS
+    from clo_fleet.sim.sumo import OPTIONS
     from clo_fleet.sim.vehicle import VEHICLE, VEHICLE_TYPE
 
     command = ["sumo", "-n", str(world.map.network), "--step-length", str(TICK), *OPTIONS]
