@@ -51,6 +51,8 @@ class Closures:
         self._believed: dict[RobotId, dict[str, _Belief]] = {robot: {} for robot in robots}
         self._tried: dict[RobotId, dict[str, float]] = {robot: {} for robot in robots}  # how long it waits next [s]
         self._radio = RadioChannel(world.radio, robots, seed=world.seed)
+        self._doors = {str(door.id): door for door in world.map.doors}
+        self._ends = {str(corridor.id): (corridor.shape[0], corridor.shape[-1]) for corridor in world.map.corridors}
         self._all = frozenset(connected_rooms(world.map))
         self._pairs: dict[frozenset[str], frozenset[Fact]] = {frozenset(): frozenset()}
 
@@ -116,13 +118,10 @@ class Closures:
         return {name: name in shut for name in sorted(names) if self._in_view(name, here, floor)}
 
     def _in_view(self, name: str, here: Point, floor: RoomId | None) -> bool:
-        building, reach = self._world.map, self._world.perception.range
-        door = next((door for door in building.doors if door.id == name), None)
-        if door is not None:
-            reach = reach if floor in door.rooms else min(reach, NEAR)
-            return math.dist(here, door.position) <= reach
-        corridor = next(corridor for corridor in building.corridors if corridor.id == name)
-        return min(math.dist(here, corridor.shape[0]), math.dist(here, corridor.shape[-1])) <= min(reach, NEAR)
+        reach = self._world.perception.range
+        if (door := self._doors.get(name)) is not None:
+            return math.dist(here, door.position) <= (reach if floor in door.rooms else min(reach, NEAR))
+        return min(math.dist(here, end) for end in self._ends[name]) <= min(reach, NEAR)
 
     def _write_down(self, robot: Robot, fresh: Iterable[Flip], time: float, source: str, recorder: Recorder) -> None:
         for flip in fresh:

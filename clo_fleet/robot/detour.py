@@ -12,11 +12,11 @@ from clo_fleet.sim.routes import Route
 from clo_fleet.sim.traffic import Course
 from clo_fleet.world.model import RoomId
 
-__all__ = ["Turn", "opened", "turn_off"]
+__all__ = ["Detour", "opened", "turn_off"]
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class Detour:
     """Another way from where a robot is: ``why``, and whether it leads back to where it came from."""
 
     course: Course
@@ -31,7 +31,7 @@ def opened(body: Body, avoided: tuple[str, ...]) -> tuple[str, ...]:
 
 def turn_off(
     body: Body, route: Route, ends: tuple[RoomId, RoomId], avoided: tuple[str, ...], *, back: bool
-) -> Turn | None:
+) -> Detour | None:
     """Send the robot another way, if there is a reason for that and it can turn off.
 
     Args:
@@ -43,11 +43,11 @@ def turn_off(
     """
     site, (start, goal) = body.site, ends
     if back and (course := site.divert(body.id, start, start)) is not None:
-        return Turn(course, "it is called back", back=True)
+        return Detour(course, "it is called back", back=True)
     if (shut := site.traffic.blocked(body.id, route)) is not None:
         course = site.divert(body.id, start, goal)
-        return Turn(course, f"{shut} is closed") if course is not None else None
+        return Detour(course, f"{shut} is closed") if course is not None else None
     free = opened(body, avoided)
     if free and not back and (course := site.divert(body.id, start, goal, quicker=True)) is not None:
-        return Turn(course, f"open again: {', '.join(free)}")
+        return Detour(course, f"open again: {', '.join(free)}")
     return None
