@@ -13,16 +13,15 @@ none, the answer is due at once and the loop goes round until nobody asks any mo
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from clo_fleet import __version__
-from clo_fleet.clo.executive import Executive, Mode
-from clo_fleet.clo.links import Links
+from clo_fleet.clo.executive import Executive
 from clo_fleet.clo.messages import ActionCancelled, ActionFailed, ActionFinished
-from clo_fleet.clo.plan import Plan, goals_of
+from clo_fleet.clo.plan import goals_of
 from clo_fleet.clo.strategies import Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.fleet.conversation import Conversation
@@ -32,42 +31,28 @@ from clo_fleet.fleet.journeys import Journeys
 from clo_fleet.fleet.judge import Judge, patience
 from clo_fleet.fleet.outcome import Outcome
 from clo_fleet.fleet.questions import Questions
+from clo_fleet.fleet.robot_view import RobotView
 from clo_fleet.fleet.saved import Saved
+from clo_fleet.fleet.standing import Standing
 from clo_fleet.fleet.tracks import Tracks
 from clo_fleet.fleet.waits import Waits
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.planning.repertoire import Repertoire
 from clo_fleet.robot.robot import Robot
 from clo_fleet.robot.skill import Cancelled, Done, Failed, Progress, Under
-from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world import events
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.chance import varied
 from clo_fleet.world.events import EVENTS_FORMAT, Recorder, credit
-from clo_fleet.world.model import Pose, RobotId, RobotSpec, World
+from clo_fleet.world.model import RobotId, RobotSpec, World
 from clo_fleet.world.vocabulary import vocabulary
 
-__all__ = ["TICK", "Mission", "RobotView"]
+__all__ = ["TICK", "Mission"]
 
 TICK = 0.2  # [s]
 TRACK_EVERY = 5  # ticks between two records of where everything is
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotView:
-    """A robot as one can see it while a mission runs."""
-
-    id: RobotId
-    pose: Pose
-    place: str
-    mode: Mode
-    plan: Plan
-    running: str
-    links: Links
-    beliefs: frozenset[Fact]
-    carried: tuple[str, ...]
 
 
 class Mission:
@@ -126,8 +111,8 @@ class Mission:
         goals = frozenset(goal for spec in world.robots for goal in spec.goals)
         self._judge = Judge(goals, patience=patience(world.radio))
         self._tracks = Tracks(self._site, tuple(self._robots), tuple(sorted(spec.id for spec in world.objects)))
-        self._standing: dict[str, str] = {}
-        self._waits = Waits()
+        self._waits = Waits.from_state(state["waits"]) if state else Waits()
+        self._standing = Standing(self._site, self._waits)
         self._journeys = Journeys(self._site, self._robots)
         self._crowds = Crowds(self._site, self._robots)
         if saved and state:
@@ -135,8 +120,7 @@ class Mission:
             self._conversation.restore(state["conversation"])
             self._judge.restore(state["judge"])
             self._tracks.restore(state["tracks"])
-            self._standing.update(state["standing"])
-            self._waits = Waits.from_state(state["waits"])
+            self._standing.restore(state["standing"])
             self.questions.restore_wall(saved.wall["planning"])
             self.wall_deciding.update(saved.wall["deciding"])
         elif spread := world.skills.speed_spread:
@@ -210,19 +194,7 @@ class Mission:
 
     def view(self, robot: str) -> RobotView:
         """One robot as it is now."""
-        known = self._robots[RobotId(robot)]
-        executive = known.executive
-        return RobotView(
-            id=known.id,
-            pose=self._site.pose(known.id),
-            place=self._site.place(known.id),
-            mode=executive.mode,
-            plan=executive.plan,
-            running=executive.running.action.name if executive.running else "",
-            links=executive.links,
-            beliefs=executive.beliefs,
-            carried=tuple(self._site.rooms.carried(known.id)),
-        )
+        return RobotView.of(self._robots[RobotId(robot)], self._site)
 
     @property
     def questions(self) -> Questions:
@@ -271,7 +243,7 @@ class Mission:
             "robots": {robot.id: robot.state() for robot in self._robots.values()},
             "judge": self._judge.state(),
             "tracks": self._tracks.state(),
-            "standing": dict(self._standing),
+            "standing": self._standing.state(),
             "waits": self._waits.state(),
             "disturbances": self._disturbances.state(),
         }
@@ -334,7 +306,8 @@ class Mission:
                 wanted[robot.id] = Under()
                 self._end_action(robot, progress)
             robot.measure_distance(self._site)
-        self._note_standing(wanted)
+        for event in self._standing.note(self.time, wanted):
+            self._record(event)
         self._crowds.steer(wanted)
 
     def _end_action(self, robot: Robot, progress: Progress) -> None:
@@ -352,23 +325,6 @@ class Mission:
             self._conversation.put(robot.id, ActionFailed(self.time, step.id, progress.reason, progress.learnt))
         else:
             self._conversation.put(robot.id, ActionCancelled(self.time, step.id))
-
-    def _note_standing(self, wanted: Mapping[RobotId, Under]) -> None:
-        """Write down who waits for whom, and why, where that is new."""
-        waits = {
-            robot: Wait(WaitCause.CROSSING) if ahead is None else Wait(WaitCause.VEHICLE, on=(ahead,))
-            for robot, ahead in self._site.waiting().items()
-        }
-        texts = {robot: wait.text for robot, wait in waits.items()}
-        for robot, under in wanted.items():
-            if under.standing_for:
-                waits[robot] = under.wait or Wait(WaitCause.OTHER, under.standing_for)
-                texts[robot] = under.standing_for
-        new = self._waits.note(self.time, TICK, waits)
-        for robot in sorted({*new, *(robot for robot in texts if texts[robot] != self._standing.get(robot))}):
-            wait = waits[robot]
-            self._record(events.Waiting(robot, texts[robot], wait.cause.value, wait.where, wait.on))
-        self._standing = {str(robot): text for robot, text in sorted(texts.items())}
 
     def _derive(self) -> None:
         running = {robot.id: robot.cause for robot in self._robots.values() if robot.cause is not None}
@@ -394,7 +350,7 @@ class Mission:
         if self._disturbances.help_may_come:
             self._judge.idle_since, self._judge.lively_at = None, self.time
         waits = None if self._disturbances.help_may_come else self._waits
-        verdict = self._judge.verdict(self.time, until, self._truth.facts, executives, self._standing, waits)
+        verdict = self._judge.verdict(self.time, until, self._truth.facts, executives, self._standing.texts, waits)
         if verdict is None:
             return
         self.outcome, self.why = verdict

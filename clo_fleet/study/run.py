@@ -16,7 +16,8 @@ from typing import Self
 from clo_fleet.clo.strategies import STRATEGIES, Strategy
 from clo_fleet.clo.task import Fact
 from clo_fleet.errors import CloFleetError
-from clo_fleet.fleet.mission import TICK, Mission, RobotView
+from clo_fleet.fleet.mission import TICK, Mission
+from clo_fleet.fleet.robot_view import RobotView
 from clo_fleet.planning.pool import PlannerPool
 from clo_fleet.study.checkpoints import Checkpoint, CheckpointError, Checkpoints
 from clo_fleet.study.event_log import EventLog, Recorded
