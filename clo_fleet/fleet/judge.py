@@ -16,6 +16,7 @@ PATIENCE = 30.0  # [s] for which nobody has had anything to do before the run en
 REPEATS = 12  # so much longer where messages are lost: the chance that all of these are lost too is small
 CIRCLE_AFTER = 30.0  # [s] for which the same robots have waited for one another before the run ends
 GRIDLOCK_AFTER = 180.0  # [s] for which no action has ended and nobody has moved before the run ends
+WORKING = (Mode.ACTING, Mode.ACTING_AND_PLANNING, Mode.PLANNING)
 
 Verdict = tuple[Outcome, str]
 GIVEN_UP = {outcome.value: outcome for outcome in Outcome}
@@ -62,15 +63,14 @@ class Judge:
             standing: what each robot stands for, empty if it does not.
             waits: who waits for whom.
         """
-        modes = {executive.mode for executive in executives.values()}
-        if modes == {Mode.SATISFIED} and self.goals <= facts:
+        satisfied = all(executive.mode is Mode.SATISFIED for executive in executives.values())
+        if satisfied and executives and self.goals <= facts:
             return Outcome.GOALS_REACHED, "all goals hold"
         if time >= until - 1e-9:
             return Outcome.OUT_OF_TIME, f"{until:g} s are over"
         if waits is not None and waits.circle and time - waits.circle_since > CIRCLE_AFTER:
             return Outcome.GRIDLOCK, waits.circle_text()
-        working = modes & {Mode.ACTING, Mode.ACTING_AND_PLANNING, Mode.PLANNING}
-        if working:
+        if any(executive.mode in WORKING for executive in executives.values()):
             self.idle_since = None
             if time - self.lively_at > GRIDLOCK_AFTER:
                 stand = [f"{robot} waits for {why}" for robot, why in sorted(standing.items()) if why]

@@ -325,7 +325,7 @@ class Drive:
     def _go_another_way(self, body: Body, off: bool) -> Progress:
         """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
         if off and not (self.cancelling or body.site.traffic.shut or self.avoided):
-            return Under(rest=Arrival(body.id))
+            return Under(rest=Arrival())
         if self.turned or body.time - self.chosen_at < TURN_AGAIN:
             return Under()
         self.chosen_at = body.time

@@ -30,13 +30,7 @@ class Rest(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """Until the vehicle of ``robot`` has come to its far door."""
-
-    robot: RobotId
-
-    def over(self, site: Site, _: float) -> bool:
-        """Whether it has arrived."""
-        return site.arrived(self.robot)
+    """Until the robot's vehicle has come to its far door: SUMO tells when, and nobody need look."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from clo_fleet.clo.messages import Cause, Flip
 from clo_fleet.clo.task import Action, Condition
-from clo_fleet.robot.rest import Rest
+from clo_fleet.robot.rest import Arrival, Rest
 from clo_fleet.robot.wait import Wait
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
@@ -46,7 +46,7 @@ class Under:
     direct: bool = False  # the way is reserved: drive exactly so, without avoidance
     wait: Wait | None = None
     rerouted: str = ""
-    rest: Rest | None = None  # there is nothing to do before that is over
+    rest: Rest | Arrival | None = None  # there is nothing to do before that is over
 
 
 def standing(wait: Wait) -> Under:

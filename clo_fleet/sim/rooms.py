@@ -74,6 +74,7 @@ class Rooms:
         self._names, self._item_names = list(self._robots), list(self._items)  # by slot
         self.moving: set[RobotId] = set()  # the robots that moved or turned in the last step, or go on moving
         self._known: dict[RobotId, Pose] = {}  # the poses that somebody has asked for since they changed
+        self._lies: dict[ObjectId, Point] = {}  # the same of the items that lie free
         self._pusher: dict[ObjectId, RobotId | None] = dict.fromkeys(self._items)
         state = starting_state(robots, objects) if state is None else state
         self._custody = Custody.from_state(self._robots, self._items, state["custody"])
@@ -105,9 +106,13 @@ class Rooms:
 
     def step(self) -> None:
         """Let one tick pass."""
-        self.moving = {self._names[slot] for slot in self._physics.step() if slot < len(self._names)}
+        moved, robots = self._physics.step(), len(self._names)
+        self.moving = {self._names[slot] for slot in moved if slot < robots}
         for robot in self.moving:
             self._known.pop(robot, None)
+        for slot in moved:
+            if slot >= robots:
+                self._lies.pop(self._item_names[slot - robots], None)
 
     def add_robot(self, robot: RobotId, pose: Pose) -> None:
         """Let a robot back into the rooms, at rest, with what it carries."""
@@ -170,9 +175,15 @@ class Rooms:
 
     def item_position(self, obj: ObjectId) -> Point | None:
         """Where an item is [m]; ``None`` while its carrier is in a corridor, and while it is gone."""
+        if obj in self._lies:
+            return self._lies[obj]
         carrier = self._custody.carrier(obj)
-        away = self._custody.gone(obj) or (carrier is not None and not self._custody.present(carrier))
-        return None if away else _pair(self._at[self._items[obj]].tolist())
+        if self._custody.gone(obj) or (carrier is not None and not self._custody.present(carrier)):
+            return None
+        position = _pair(self._at[self._items[obj]].tolist())
+        if carrier is None:
+            self._lies[obj] = position
+        return position
 
     def carrier(self, obj: ObjectId) -> RobotId | None:
         """The robot that carries an item; ``None``: nobody does."""
@@ -195,6 +206,7 @@ class Rooms:
         """Take an item up onto a robot's first free seat."""
         self._custody.check_present(robot)
         self._custody.take(robot, obj)
+        self._lies.pop(obj, None)
         self._hook(robot, obj)
 
     def release(self, robot: RobotId, obj: ObjectId, position: Point) -> None:
@@ -212,11 +224,13 @@ class Rooms:
         """Shift an item to ``position`` [m], at rest."""
         self._custody.check_carrier(obj, None)
         self._pusher[obj] = None
+        self._lies.pop(obj, None)
         self._physics.put(self._items[obj], Pose(*position))
 
     def take_away(self, obj: ObjectId) -> None:
         """Take an item that lies free out of the building."""
         self._custody.take_away(obj)
+        self._lies.pop(obj, None)
         self._pusher[obj] = None
         self._physics.leave(self._items[obj])
 

@@ -18,7 +18,7 @@ from clo_fleet.clo.plain import plain_cause, plain_facts, read_cause, read_facts
 from clo_fleet.clo.task import Action, Condition, Fact
 from clo_fleet.sim.site import Site
 from clo_fleet.world.binding import SensorKind
-from clo_fleet.world.model import ObjectId, Point, RobotId
+from clo_fleet.world.model import ObjectId, PlaceId, Point, RobotId
 from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["SHOVED", "Truth"]
@@ -46,6 +46,7 @@ class Truth:
         for fact in list(self._anchors):
             self._follow(fact)
         self._known: dict[str, tuple[Fact, ...]] = {}  # where each robot and each object is
+        self._last_place: dict[RobotId, PlaceId] = {}
         self._seen_effects: frozenset[Fact] = frozenset()
         self._facts: frozenset[Fact] = frozenset()
         self._renew()
@@ -130,7 +131,10 @@ class Truth:
             changed |= self._effects ^ self._seen_effects
             self._seen_effects = frozenset(self._effects)
         for robot in self._robots:
-            self._place(robot, self.words.facts(SensorKind.PLACE, robot, self._site.place(robot)), changed)
+            place = self._site.place(robot)
+            if place != self._last_place.get(robot):
+                self._last_place[robot] = place
+                self._place(robot, self.words.facts(SensorKind.PLACE, robot, place), changed)
         for item in self._objects:
             self._place(item, self._whereabouts(item), changed)
         if changed:
