@@ -33,6 +33,8 @@ __all__ = [
 ]
 
 HELD = -1  # for the mark of a robot that holds at its door
+NOWHERE = (-2, 0)  # for the mark of one that is not known to be on one edge only, and the tick to look at it
+FOR_EVER = 10**9  # [ticks]
 
 
 class Corridors:
@@ -54,7 +56,9 @@ class Corridors:
         self._vehicles: dict[RobotId, Vehicle] = {}
         self._entered: tuple[RobotId, ...] = ()
         self._stopped: tuple[RobotId, ...] = ()
-        self._clear_on: dict[RobotId, int] = {}  # SUMO's mark of the edge that each is on with all of its length
+        self._ticks = 0  # since they were opened
+        # of those that are on one edge with all of their length: SUMO's mark of it, and the tick until which that is so
+        self._clear: dict[RobotId, tuple[int, int]] = {}
         self._closed: set[str] = set()
 
     def __enter__(self) -> Self:
@@ -83,6 +87,7 @@ class Corridors:
         self._sumo.close()
         self._saved = None
         self._vehicles.clear()
+        self._clear.clear()
         self._entered = ()
 
     def entry_clear(self, route: Route) -> bool:
@@ -125,6 +130,8 @@ class Corridors:
             self._vehicles[robot].phase = Phase.DRIVING
         for robot in stopped:
             self._vehicles[robot].phase = Phase.HOLDING
+            self._clear.pop(robot, None)
+        self._ticks += 1
 
     def entered(self) -> tuple[RobotId, ...]:
         """The robots let in by the last step, sorted."""
@@ -176,7 +183,7 @@ class Corridors:
         pose = self.entry_pose(vehicle.route) if vehicle.phase is Phase.ASKED else self._sumo.pose(robot)
         self._sumo.remove(robot)
         del self._vehicles[robot]
-        self._clear_on.pop(robot, None)
+        self._clear.pop(robot, None)
         return pose
 
     def pose(self, robot: RobotId) -> Pose:
@@ -202,6 +209,7 @@ class Corridors:
         vehicle = self._vehicle(robot)
         check_speed(max_speed)
         self._sumo.set_max_speed(robot, max_speed)
+        self._clear.pop(robot, None)
         vehicle.max_speed = max_speed
 
     def lengths(self) -> dict[str, float]:
@@ -218,20 +226,20 @@ class Corridors:
     def moved_on(self) -> dict[RobotId, tuple[str, ...]]:
         """``lanes_left`` of those robots on their way that may have left a lane since this was last asked, sorted.
 
-        All that it takes for the others is to look at how far they are on their routes.
+        Who is on a lane with all of its length is looked at again when it can have come to the end of it.
         """
         moved: dict[RobotId, tuple[str, ...]] = {}
-        under_way = [
-            (robot, vehicle) for robot, vehicle in sorted(self._vehicles.items()) if vehicle.phase is not Phase.ASKED
-        ]
-        marks = self._sumo.marks(robot for robot, vehicle in under_way if vehicle.phase is Phase.DRIVING)
-        for robot, vehicle in under_way:
-            mark = marks.get(robot, HELD)
-            if self._clear_on.get(robot) != mark:
+        under_way = [robot for robot, vehicle in self._vehicles.items() if vehicle.phase is not Phase.ASKED]
+        for robot in sorted(r for r in under_way if self._clear.get(r, NOWHERE)[1] <= self._ticks):
+            vehicle, edges = self._vehicles[robot], self._vehicles[robot].route.edges
+            held = vehicle.phase is not Phase.DRIVING
+            mark = HELD if held else self._sumo.mark(robot)
+            if self._clear.get(robot, NOWHERE)[0] != mark:
                 moved[robot] = left = self.lanes_left(robot)
-                edges = vehicle.route.edges
-                if mark == HELD or len(left) <= len(edges) - self._sumo.number(robot, edges):
-                    self._clear_on[robot] = mark  # with its tail as well
+                if not held and len(left) > len(edges) - self._sumo.number(robot, edges):
+                    continue  # its tail is still on the lane before
+            sure = FOR_EVER if held else self._sumo.soonest_ahead(robot, vehicle.max_speed)
+            self._clear[robot] = (mark, self._ticks + sure)
         return moved
 
     def turning_point(self, robot: RobotId) -> str | None:
@@ -250,7 +258,7 @@ class Corridors:
             CorridorsMisuseError: if the robot is not on its way, or not where the route says.
         """
         vehicle = self._vehicle(robot)
-        self._clear_on.pop(robot, None)
+        self._clear.pop(robot, None)
         number = self._sumo.number(robot, vehicle.route.edges) if vehicle.phase is Phase.DRIVING else -1
         if number < 0 or route.edges[: number + 1] != vehicle.route.edges[: number + 1]:
             raise CorridorsMisuseError(f"robot {robot!r} cannot turn off to door {route.end!r}")

@@ -63,6 +63,8 @@ class Sumo:
         self._lanes: Nearby | None = None  # those on crossings included
         self._routes: set[str] = set()  # those that SUMO knows
         self._types: set[str] = set()
+        self._ticks = 0  # since it was opened
+        self._may_wait: dict[RobotId, int] = {}  # the tick until which each robot cannot have stood for long enough
 
     def open(
         self, network: Path, saved: Path | None, max_speeds: Mapping[RobotId, float], closed: Iterable[str]
@@ -88,6 +90,7 @@ class Sumo:
             raise CorridorsOpenError("corridors are open already in this process: close them first")
         self._start(libsumo, network, saved)
         self._libsumo = libsumo
+        self._may_wait.clear()
         try:
             with self._doing("take over the robots") as sumo:
                 self._set_up(sumo, max_speeds, closed)
@@ -107,6 +110,7 @@ class Sumo:
             sumo.simulationStep()
             departed = sumo.simulation.getDepartedIDList()
             stopped = sumo.simulation.getStopStartingVehiclesIDList()
+        self._ticks += 1
         return sorted(map(RobotId, departed)), sorted(map(RobotId, stopped))
 
     def save(self, path: Path) -> None:
@@ -163,6 +167,7 @@ class Sumo:
 
     def remove(self, robot: RobotId) -> None:
         """Take a robot out, let in or not."""
+        self._may_wait.pop(robot, None)
         with self._doing(f"remove robot {robot!r}") as sumo:
             sumo.vehicle.remove(robot)
 
@@ -215,23 +220,32 @@ class Sumo:
     def waiting(self, robots: Iterable[RobotId]) -> dict[RobotId, RobotId | None]:
         """Those of some robots that have stood on their way for over a second, and the robot that each stands behind.
 
-        ``None`` stands for another reason, such as cross traffic or a breakdown.
+        ``None`` stands for another reason, such as cross traffic or a breakdown. Whoever drives now is not looked at
+        again before it can have stood so long.
         """
         found: dict[RobotId, RobotId | None] = {}
+        due = [robot for robot in robots if self._may_wait.get(robot, 0) <= self._ticks]
         with self._doing("look for waiting robots") as sumo:
-            for robot in robots:
+            for robot in due:
                 stood = sumo.vehicle.getWaitingTime(robot)  # 0 for those that hold
                 if stood > STANDING_TIME and sumo.vehicle.getSpeed(robot) < STANDING:
                     leader, gap = sumo.vehicle.getLeader(robot, CLOSE) or ("", inf)
                     found[robot] = RobotId(leader) if gap <= CLOSE else None
+                self._may_wait[robot] = self._ticks + int(max(0.0, STANDING_TIME - stood) / self._tick)
         return found
 
     # ---- how far they are on their ways --------------------------------------------------------------------
 
-    def marks(self, robots: Iterable[RobotId]) -> dict[RobotId, int]:
-        """For each of some robots a number that becomes another when its front comes onto the next edge."""
-        with self._doing("follow the robots") as sumo:
-            return {robot: sumo.vehicle.getRouteIndex(robot) for robot in robots}
+    def mark(self, robot: RobotId) -> int:
+        """A number that becomes another when the robot's front comes onto the next edge."""
+        with self._doing("follow a robot") as sumo:
+            return int(sumo.vehicle.getRouteIndex(robot))
+
+    def soonest_ahead(self, robot: RobotId, max_speed: float) -> int:
+        """The ticks in which the robot's front is sure not to come off its lane, unless its limit [m/s] is raised."""
+        with self._doing("follow a robot") as sumo:
+            left = sumo.lane.getLength(sumo.vehicle.getLaneID(robot)) - sumo.vehicle.getLanePosition(robot)
+            return int(left / (max(max_speed, sumo.vehicle.getSpeed(robot), CRAWL) * self._tick))
 
     def number(self, robot: RobotId, edges: Sequence[str]) -> int:
         """On which of these edges, along which it was sent, a robot is with its front."""

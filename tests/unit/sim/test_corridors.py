@@ -258,6 +258,33 @@ def test_a_breakdown_is_waited_for(tee: BuildingMap) -> None:
         assert corridors.waiting() == {R2: R1}
 
 
+def test_lanes_left_and_who_waits_are_known_in_every_tick_though_few_are_looked_at(plus: BuildingMap) -> None:
+    """Also of those that are slowed down, stopped, and made faster than before: as one finds who looks at them all."""
+    known: dict[RobotId, tuple[str, ...]] = {}
+    with Corridors(plus, seed=3) as corridors:
+        for i, (a, b) in enumerate((a, b) for a in (W, E, S, N) for b in (W, E, S, N) if a != b):
+            corridors.enter(RobotId(f"r{i:02}"), way(corridors, a, b), 0.5 + 0.1 * (i % 7))
+        waited = set()
+        for tick, poses in enumerate(steps(corridors, 500)):
+            known |= corridors.moved_on()
+            assert {robot: corridors.lanes_left(robot) for robot in poses} == {robot: known[robot] for robot in poses}
+            waiting = corridors.waiting()
+            looks, corridors._sumo._may_wait = corridors._sumo._may_wait, {}
+            assert corridors.waiting() == waiting
+            corridors._sumo._may_wait = looks
+            waited |= waiting.keys()
+            for number, robot in enumerate(poses):
+                if (tick + 17 * number) % 120 == 60:
+                    corridors.set_max_speed(robot, (0.0, 0.1, 2.0)[number % 3])
+                if (tick + 17 * number) % 120 == 100:
+                    corridors.set_max_speed(robot, 1.0)
+            for robot in corridors.arrived()[:1]:
+                if tick % 10 == 0:
+                    corridors.remove(robot)
+        assert waited
+        assert len(corridors.poses()) < 12
+
+
 def test_in_dense_crossing_traffic_nobody_jumps_or_overlaps_and_all_arrive(plus: BuildingMap) -> None:
     """Twelve robots over every turn of a crossing, and twice the same."""
 
