@@ -156,9 +156,11 @@ class Conversation:
                 self._inboxes.put(robot, Offered(self.time, offer.id, offer.giver, gift, tuple(map(Condition, there))))
 
     def reconnect(self, robot: RobotId) -> None:
-        """The robot's radio works again: it hears what the others mean to do now, or when they repeat it."""
+        """The robot's radio works again: it hears what the others mean to do now, or when they say it again."""
         said = self._hearsay.sayings(robot)
         self._take_note(self._robots[robot], [fact for each in said for fact in in_hand_facts(each, self._words)])
+        for announcement in self._hearsay.to_say_again(robot):
+            self.radio.announce(self.time, announcement, self._point)
 
     def serve(self) -> None:
         """Tell the executives what happened, and let the planner answer, until nobody has a question left.

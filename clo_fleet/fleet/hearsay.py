@@ -62,6 +62,14 @@ class Hearsay:
             return ()
         return tuple(said for said, at in self._said.values() if time - at >= self._radio.repeat - 1e-9)
 
+    def to_say_again(self, listener: RobotId) -> tuple[Announcement, ...]:
+        """What the others have said that one who could not hear for a while may have missed; nobody repeats it by itself.
+
+        With a perfect radio the listener need not wait for it (see ``sayings``).
+        """
+        missed = self._said.values() if self._radio.reliable and not self._radio.perfect else ()
+        return tuple(announcement for announcement, _ in missed if announcement.robot != listener)
+
     # ---- hearing -------------------------------------------------------------------------------------------
 
     def heard(self, listener: RobotId, announcement: Announcement, time: float) -> bool:

@@ -41,7 +41,7 @@ from clo_fleet.world.events import (
     Sensed,
     Waiting,
 )
-from clo_fleet.world.model import ObjectId, RobotId, World
+from clo_fleet.world.model import ObjectId, Radio, RobotId, World
 
 R1, R2, CUP = RobotId("r1"), RobotId("r2"), ObjectId("cup")
 
@@ -202,6 +202,21 @@ def test_a_robot_whose_radio_is_back_hears_what_others_mean_to_do(fleet_planners
     heard = events_of(run, Sensed, robot="r1", source="radio")
     assert heard[0] == (4.0, Sensed("r1", ("at-object", "cup", "b"), False, "radio", False, "r2", heard[0][1].cause))
     assert not events_of(run, ActionStarted, action="grasp(r1, cup, b)")
+
+
+@pytest.mark.parametrize("radio", [Radio(), Radio(delay=0.4), Radio(loss=0.2, repeat=2.0)])
+def test_a_robot_whose_radio_is_back_hears_what_others_do_not_mean_to_do_any_more(
+    radio: Radio, fleet_planners: PlannerPool
+) -> None:
+    """A promise that was kept or taken back meanwhile is not waited for."""
+    builder = WorldBuilder(rooms_in_a_row("a", "b", "c")).thing("cup", "b", at=(10, 1.5), prepared=True)
+    builder.robot("r1", "c", wants="(at-object cup a)", max_speed=0.3)
+    builder.robot("r2", "b", wants="(at-object cup a)", at=(9, 1.5))
+    faults = (RadioLost(6.0, R1), ObjectMoved(30.0, CUP, (9.0, 1.5)), RadioRestored(35.0, R1))
+    run = finished(replace(builder.happens(*faults).build(), radio=radio, until=90.0), fleet_planners)
+    assert_goals_reached(run)
+    assert events_of(run, Waiting, robot="r1", why="for what another robot has in hand")
+    assert events_of(run, ActionStarted, action="grasp(r1, cup, b)")
 
 
 def test_a_planner_that_is_killed_is_asked_again(fleet_planners: PlannerPool) -> None:

@@ -135,6 +135,16 @@ def test_with_a_perfect_radio_one_book_serves_for_all() -> None:
         assert each.promised(R2, 900.0) == frozenset()
         assert each.sayings(R1) == (delivering(R2),)
         assert each.sayings(R2) == Hearsay(LOSSY, WORDS).sayings(R1) == ()
+        assert each.to_say_again(R1) == Hearsay(LOSSY, WORDS).to_say_again(R1) == ()
         assert each.heard(R1, delivering(R2), 0.0)
         each.say(idle(R2), 1.0)
         assert each.promised(R1, 1.0) == frozenset()
+
+
+def test_with_a_slow_radio_that_loses_nothing_what_was_said_is_said_again_to_who_could_not_hear_it() -> None:
+    """By the others, as they do not repeat it by themselves."""
+    hearsay = Hearsay(Radio(delay=0.5), WORDS)
+    hearsay.say(delivering(R2), 0.0)
+    assert hearsay.to_repeat(900.0) == ()
+    assert hearsay.to_say_again(R1) == (delivering(R2),)
+    assert hearsay.to_say_again(R2) == ()
