@@ -63,7 +63,7 @@ class Hearsay:
         return tuple(said for said, at in self._said.values() if time - at >= self._radio.repeat - 1e-9)
 
     def to_say_again(self, listener: RobotId) -> tuple[Announcement, ...]:
-        """What the others have said that one who could not hear for a while may have missed; nobody repeats it by itself.
+        """What others have said that one who could not hear for a while may have missed: nobody repeats it by itself.
 
         With a perfect radio the listener need not wait for it (see ``sayings``).
         """
