@@ -30,7 +30,7 @@ from clo_fleet.clo.task import Action, Condition, Fact, apply, holds
 __all__ = ["MOST_ATTEMPTS", "MOST_RELAPSES", "Deliberation", "under_way"]
 
 MOST_ATTEMPTS = 3  # the same action failing this often, nothing achieved or learnt by it meanwhile: stuck
-MOST_RELAPSES = 5  # goals met and lost again this often: conflict
+MOST_RELAPSES = 5  # goals met and lost again this often, by others' doing: conflict
 _NO_PLAN = "no plan exists as things are believed"
 
 
@@ -81,7 +81,7 @@ class Deliberation:
             return [] if over else self.stop("the goals hold already", goal)
         if data.satisfied:
             data.satisfied = False
-            data.relapses += 1
+            data.relapses += any(news.get(goal.fact) for goal in data.goals)  # accidents are no conflict
             if data.relapses >= MOST_RELAPSES:
                 return self.give_up("conflict", f"its goals were met and lost again {MOST_RELAPSES} times")
         elif not data.plan:
