@@ -264,7 +264,7 @@ def test_lanes_left_and_who_waits_are_known_in_every_tick_though_few_are_looked_
     with Corridors(plus, seed=3) as corridors:
         for i, (a, b) in enumerate((a, b) for a in (W, E, S, N) for b in (W, E, S, N) if a != b):
             corridors.enter(RobotId(f"r{i:02}"), way(corridors, a, b), 0.5 + 0.1 * (i % 7))
-        waited = set()
+        waited: set[RobotId] = set()
         for tick, poses in enumerate(steps(corridors, 500)):
             known |= corridors.moved_on()
             assert {robot: corridors.lanes_left(robot) for robot in poses} == {robot: known[robot] for robot in poses}
