@@ -17,6 +17,7 @@ __all__ = [
     "INSIDE",
     "RIM",
     "clear",
+    "depth",
     "gate",
     "in_the_way",
     "inward",
@@ -81,6 +82,13 @@ def clear(site: Site, robot: RobotId, door: Door, room: RoomId, *, nudge: bool =
 def way_in(door: Door, room: RoomId, radius: float) -> tuple[Point, Point]:
     """The line on which robots come in, from the door's line to where they are through."""
     return gate(door, room, radius, out=False, inside=0.0), gate(door, room, radius, out=False, inside=INSIDE)
+
+
+def depth(door: Door, room: RoomId, point: Point) -> float:
+    """How far inside the room a point is, square to the door's line [m]."""
+    x, y = inner_point(door, room, 1.0)
+    (dx, dy), (px, py) = door.position, point
+    return (px - dx) * (x - dx) + (py - dy) * (y - dy)
 
 
 def waiting_point(site: Site, spec: RobotSpec, door: Door, room: RoomId) -> Point:

@@ -16,17 +16,16 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Self
 
-from clo_fleet.robot.detour import opened, turn_off
-from clo_fleet.robot.doorway import INSIDE, RIM, clear, gate, in_the_way, inward, off_line, throat, waiting_point
+from clo_fleet.robot.approach import Approach
+from clo_fleet.robot.doorway import INSIDE, RIM, clear, depth, gate, off_line, throat
 from clo_fleet.robot.rest import Arrival, Grant, Turn
-from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under, standing
-from clo_fleet.robot.steering import Steering, follow
+from clo_fleet.robot.skill import Body, Cancelled, Done, Progress, Under, standing
+from clo_fleet.robot.steering import follow
 from clo_fleet.robot.wait import Wait, WaitCause, hindered
+from clo_fleet.robot.wayfinding import Wayfinding
 from clo_fleet.sim.doors import Way, is_wide
-from clo_fleet.sim.routes import Route
 from clo_fleet.sim.site import Site
-from clo_fleet.sim.traffic import Course
-from clo_fleet.sim.walls import beyond, inner_point
+from clo_fleet.sim.walls import beyond
 from clo_fleet.world.model import Door, DoorId, PlaceId, Point, RobotId, RoomId
 
 __all__ = ["Drive"]
@@ -36,20 +35,12 @@ READY = 2.0  # [m] from the door a robot may go before the first in the queue ..
 LATE = 3.0  # [m] ... if that one is still this far away: it may not get through the crowd
 AT_GATE = 0.25  # [m] so near to the gate, or to the line from there on, the way out begins
 AHEAD = 0.2  # [m] ahead on its line a robot aims in a doorway: less than in a room, it keeps to the line
-LOOK = 2.0  # [s] after which it looks anew where to wait
-WAITS = 0.2  # [m] so near to its waiting point a robot stands still
 CROWDED = 3.0  # [s] after which who is off the door's line has come in as far as the others let it
 NUDGE_AFTER = 10.0  # [s] who has held before a door for so long comes in if it only has to nudge others aside
-STILL = 0.05  # [m/s] who wants to go no faster waits
 HAND_OVER = 0.06  # [m] a body this near to the vehicle's pose may become the vehicle
 OFF_DOOR = 1.1  # [m] from a narrow door a vehicle is out of the way of who comes next
 COMING = 6.0  # [m] before a narrow door vehicles come first: this far they get while one passes out
-GIVE_UP = 60.0  # [s] without any way through the room, or while everything that leads on is closed
-TURN_AGAIN = 1.0  # [s] after which who is on its way and should turn off tries again
-RECHOOSE = (
-    5.0  # [s] after which who waits for the right of way looks for a better way, and who cannot go on, for another
-)
-PUSHED = 0.6  # [m] round the gate objects are pushed, not gone round: who stands in the way of the door moves
+RECHOOSE = 5.0  # [s] after which who waits for the right of way looks for a better way, or any if it cannot go on
 
 
 class Phase(Enum):
@@ -69,37 +60,30 @@ class Drive:
     """Drive from room ``start`` to room ``goal``.
 
     Attributes:
-        course: out of which door, in at which, and the route between them.
-        chosen_at: when it last looked for a way [s].
-        avoided: what was closed then.
-        shut_since: since when no way is open [s]; negative if one is.
+        way: out of which door, in at which, and the route between them.
         turned: whether it was cancelled on its way and is coming back.
         line: in a doorway, the points that it comes from and drives to.
         held_since: since when it holds before the door and could pass if there were room, or comes in [s]; negative:
             neither.
-        spot: where it waits beside the door, and since when that is so [s].
+        approach: how it gets to the door in its room.
     """
 
     start: RoomId
     goal: RoomId
     phase: Phase = Phase.APPROACH
-    course: Course | None = None
-    chosen_at: float = -math.inf
-    avoided: tuple[str, ...] = ()
-    shut_since: float = -1.0
+    way: Wayfinding = field(default_factory=Wayfinding)
     turned: bool = False
     line: list[Point] = field(default_factory=list)
-    spot: tuple[float, Point] | None = None
     held_since: float = -1.0
     cancelling: bool = False
-    steering: Steering = field(default_factory=Steering)
+    approach: Approach = field(default_factory=Approach)
 
     def step(self, body: Body) -> Progress:
         """Go on for one tick."""
         if self.cancelling and self.phase in (Phase.APPROACH, Phase.QUEUE):
             self.release(body)
             return Cancelled()
-        if self.course is None and not self._choose(body):
+        if self.way.course is None and not self._choose(body):
             return self._no_way(body)
         return _STEPS[self.phase](self, body)
 
@@ -112,16 +96,6 @@ class Drive:
         body.site.traffic.right_of_way.withdraw(body.id)
         self._leave_doors(body)
 
-    @property
-    def out(self) -> DoorId | None:
-        """The door through which it leaves."""
-        return self.course.out if self.course else None
-
-    @property
-    def into(self) -> DoorId | None:
-        """The door through which it comes in."""
-        return self.course.into if self.course else None
-
     def state(self) -> dict[str, Any]:
         """Plain data."""
         return {
@@ -129,16 +103,12 @@ class Drive:
             "start": self.start,
             "goal": self.goal,
             "phase": self.phase.value,
-            "course": self.course.state() if self.course else None,
-            "chosen_at": self.chosen_at if self.course else None,
-            "avoided": list(self.avoided),
-            "shut_since": self.shut_since,
             "turned": self.turned,
             "line": [list(point) for point in self.line],
-            "spot": [self.spot[0], list(self.spot[1])] if self.spot else None,
             "held_since": self.held_since,
             "cancelling": self.cancelling,
-            "steering": self.steering.state(),
+            **self.way.state(),
+            **self.approach.state(),
         }
 
     @classmethod
@@ -148,37 +118,33 @@ class Drive:
             start=state["start"],
             goal=state["goal"],
             phase=Phase(state["phase"]),
-            course=Course.from_state(state["course"]) if state["course"] else None,
-            chosen_at=state["chosen_at"] if state["course"] else -math.inf,
-            avoided=tuple(state["avoided"]),
-            shut_since=state["shut_since"],
+            way=Wayfinding.from_state(state),
             turned=state["turned"],
             line=[(x, y) for x, y in state["line"]],
-            spot=(state["spot"][0], tuple(state["spot"][1])) if state["spot"] else None,
             held_since=state["held_since"],
             cancelling=state["cancelling"],
-            steering=Steering.from_state(state["steering"]),
+            approach=Approach.from_state(state),
         )
 
     # ---- phases --------------------------------------------------------------------------------------------
 
     def _approach(self, body: Body) -> Progress:
         """Towards the gate, until it is time to ask for the doorway."""
-        if (free := opened(body, self.avoided)) and self._choose_anew(body):
+        if (free := self.way.opened(body)) and self._choose_anew(body):
             return Under(rerouted=f"open again: {', '.join(free)}")
-        door = _door(body.site, self.out)
+        door = _door(body.site, self.way.out)
         target = gate(door, self.start, body.spec.radius, out=True)
         if math.dist(body.site.pose(body.id).point, target) < ASK:
             self.phase = Phase.QUEUE
             return self._queue(body)
-        return self._steer(body, target, None, onward=self._line_out(body, door)[0])
+        return self.approach.steer(body, self.start, target, None, onward=self._line_out(body, door)[0])
 
     def _queue(self, body: Body) -> Progress:
         """On through the gate if it may; else to a place beside the door, to wait there."""
         site, spec = body.site, body.spec
         if (why := self._set_out(body)) is not None:
             return why
-        door = _door(site, self.out)
+        door = _door(site, self.way.out)
         way = _way(door, self.start)
         here, target = site.pose(body.id).point, gate(door, self.start, spec.radius, out=True)
         first = site.doors.request(door.id, way, body.id)
@@ -191,18 +157,20 @@ class Drive:
             turn = Turn(
                 door.id, way, site.doors.changes(door.id, way), queue[0] if ready else None, door.position, LATE
             )
-            return self._wait(body, door, place, Wait(WaitCause.DOOR, door.id, (queue[place - 1],)), turn)
+            return self.approach.wait(
+                body, self.start, door, place, Wait(WaitCause.DOOR, door.id, (queue[place - 1],)), turn
+            )
         obstacle = self._obstacle(body, door)
         on_line = off_line(here, target, throat(door, self.start, spec.radius, out=True)) < AT_GATE
         near = on_line or beyond(door, self.start, here)
-        if obstacle and not is_wide(door) and (self.out == self.into or site.coming(door.id, COMING)):
-            return self._wait(body, door, 0, obstacle)
+        if obstacle and not is_wide(door) and (self.way.out == self.way.into or site.coming(door.id, COMING)):
+            return self.approach.wait(body, self.start, door, 0, obstacle)
         if obstacle or not near:
             onward = None if obstacle else self._line_out(body, door)[0]
-            return self._steer(body, target, obstacle, onward=onward)
+            return self.approach.steer(body, self.start, target, obstacle, onward=onward)
         site.doors.request(door.id, way, body.id, urgent=True)
         self.line = [target, *self._line_out(body, door)]
-        if self.out == self.into:
+        if self.way.out == self.way.into:
             return self._come_in(body)
         self.phase = Phase.PASS_OUT
         return self._pass_out(body)
@@ -210,15 +178,15 @@ class Drive:
     def _pass_out(self, body: Body) -> Progress:
         here = body.site.pose(body.id).point
         if math.dist(here, self.line[-1]) < HAND_OVER:
-            assert self.course is not None
-            other = body.site.course(body.id, self.start, self.goal, self.out) if body.site.traffic.shut else None
-            course = body.site.traffic.still_open(body.id, self.start, self.goal, self.course, other)
+            assert self.way.course is not None
+            other = body.site.course(body.id, self.start, self.goal, self.way.out) if body.site.traffic.shut else None
+            course = body.site.traffic.still_open(body.id, self.start, self.goal, self.way.course, other)
             if course is None:  # closed in the last moment: here it can wait, but not turn round
                 shut = standing(Wait(WaitCause.CLOSED, ", ".join(body.site.traffic.closed())))
                 return replace(shut, velocity=follow(body.site, body.spec, self.line, ahead=AHEAD), direct=True)
-            self.course = course
-            body.site.depart(body.id, self._route())
-            door = _door(body.site, self.out)
+            self.way.course = course
+            body.site.depart(body.id, self.way.route)
+            door = _door(body.site, self.way.out)
             if is_wide(door):
                 body.site.doors.release(door.id, _way(door, self.start), body.id)
             self.phase = Phase.INSERT
@@ -227,12 +195,12 @@ class Drive:
     def _insert(self, body: Body) -> Progress:
         if not body.site.in_corridor(body.id):
             velocity = follow(body.site, body.spec, self.line, ahead=AHEAD)
-            return replace(standing(Wait(WaitCause.ENTRY, str(self.out))), velocity=velocity, direct=True)
+            return replace(standing(Wait(WaitCause.ENTRY, str(self.way.out))), velocity=velocity, direct=True)
         self.phase = Phase.TRAVEL
         return self._travel(body)
 
     def _travel(self, body: Body) -> Progress:
-        door = _door(body.site, self.out)
+        door = _door(body.site, self.way.out)
         off = math.dist(body.site.pose(body.id).point, door.position) > OFF_DOOR
         if off:
             body.site.doors.release(door.id, _way(door, self.start), body.id)
@@ -244,7 +212,7 @@ class Drive:
 
     def _wait_to_enter(self, body: Body) -> Progress:
         site, radius = body.site, body.spec.radius
-        door = _door(site, self.into)
+        door = _door(site, self.way.into)
         way = Way.IN if self.goal == door.rooms[0] else Way.OUT
         if site.traffic.door_closed(door.id):
             return standing(Wait(WaitCause.CLOSED, f"door {door.id}"))
@@ -264,9 +232,9 @@ class Drive:
     def _pass_in(self, body: Body) -> Progress:
         """Through the door, and then on as others let one."""
         site = body.site
-        door = _door(site, self.into)
+        door = _door(site, self.way.into)
         here = site.pose(body.id).point
-        inside = _depth(door, self.goal, here)
+        inside = depth(door, self.goal, here)
         crowded = body.time - self.held_since > CROWDED and inside > body.spec.radius + RIM
         if (inside > INSIDE - 0.1 or crowded) and site.place(body.id) == PlaceId(self.goal):
             self.release(body)
@@ -276,123 +244,73 @@ class Drive:
     # ---- the way -------------------------------------------------------------------------------------------
 
     def _choose(self, body: Body) -> bool:
-        """Look for the quickest way; whether there is one."""
-        self.chosen_at, self.avoided = body.time, body.site.traffic.closed()
-        course = body.site.course(body.id, self.start, self.goal, self.out)
-        if course is None and self.course is not None:
-            self.release(body)
-            self.spot, self.phase = None, Phase.APPROACH
-            course = body.site.course(body.id, self.start, self.goal)
-        self.course = course
-        self.shut_since = -1.0 if course is not None else self.shut_since
-        return course is not None
+        """Look for the quickest way, if there is none out of its door out of any; whether there is one."""
+        if self.way.find(body, (self.start, self.goal), self.way.out):
+            return True
+        if self.way.course is None:
+            return False
+        self._start_over(body)
+        self.way.course = None
+        return self.way.find(body, (self.start, self.goal))
 
     def _choose_anew(self, body: Body) -> bool:
         """Look for the quickest way out of any door, before it has asked for one; whether that is another way."""
-        before, self.chosen_at, self.avoided = self.course, body.time, body.site.traffic.closed()
-        self.course = body.site.course(body.id, self.start, self.goal) or before
-        return self.course != before
+        before = self.way.course
+        return self.way.find(body, (self.start, self.goal)) and self.way.course != before
+
+    def _start_over(self, body: Body) -> None:
+        self.release(body)
+        self.phase, self.approach.spot = Phase.APPROACH, None
 
     def _no_way(self, body: Body) -> Progress:
-        """Without a way: hopeless, unless something is closed that may be opened again."""
-        self.release(body)
-        self.phase, self.spot = Phase.APPROACH, None
-        shut = body.site.traffic.closed()
-        if not shut:
-            return Failed("no way")
-        self.shut_since = body.time if self.shut_since < 0.0 else self.shut_since
-        if body.time - self.shut_since > GIVE_UP:
-            return Failed(f"closed: {', '.join(shut)}")
-        return standing(Wait(WaitCause.CLOSED, ", ".join(shut)))
+        self._start_over(body)
+        return self.way.no_way(body)
 
     def _set_out(self, body: Body) -> Progress | None:
         """Ask for the right of way; what to do while it does not have it, ``None`` once it has."""
         site = body.site
-        assert self.course is not None
-        if site.set_out(body.id, self.start, self.goal, self.course) and not site.traffic.door_closed(self.course.out):
+        course = self.way.course
+        assert course is not None
+        if site.set_out(body.id, self.start, self.goal, course) and not site.traffic.door_closed(course.out):
             return None
-        if body.time - self.chosen_at >= RECHOOSE and not site.traffic.right_of_way.granted(body.id):
+        if body.time - self.way.chosen_at >= RECHOOSE and not site.traffic.right_of_way.granted(body.id):
             if not self._choose(body):
                 return self._no_way(body)
             if self.phase is Phase.APPROACH:
                 return self._approach(body)
             return self._set_out(body)  # at once: what is granted has to be what it wants
         hindrance = site.traffic.hindrance(body.id)
-        why = hindered(hindrance) if hindrance else Wait(WaitCause.CLOSED, f"door {self.course.out}")
-        grant = Grant(body.id, hindrance, self.chosen_at + RECHOOSE) if hindrance else None
-        return self._wait(body, _door(site, self.out), 2, why, grant)
+        why = hindered(hindrance) if hindrance else Wait(WaitCause.CLOSED, f"door {course.out}")
+        grant = Grant(body.id, hindrance, self.way.chosen_at + RECHOOSE) if hindrance else None
+        return self.approach.wait(body, self.start, _door(site, self.way.out), 2, why, grant)
 
     def _go_another_way(self, body: Body, off: bool) -> Progress:
         """On, but back if it is to come back, and round what is closed, as soon as one can turn off for it."""
-        if off and not (self.cancelling or body.site.traffic.shut or self.avoided):
+        if off and not (self.cancelling or body.site.traffic.shut or self.way.avoided):
             return Under(rest=Arrival())
-        if self.turned or body.time - self.chosen_at < TURN_AGAIN:
+        detour = None if self.turned else self.way.turn_off(body, (self.start, self.goal), back=self.cancelling)
+        if detour is None:
             return Under()
-        self.chosen_at = body.time
-        turn = turn_off(body, self._route(), (self.start, self.goal), self.avoided, back=self.cancelling)
-        if turn is None:
-            return Under()
-        self.course, self.avoided = turn.course, body.site.traffic.closed()
-        if turn.back:
+        if detour.back:
             self.goal, self.turned = self.start, True
-        return Under(rerouted=turn.why)
+        return Under(rerouted=detour.why)
 
     def _leave_doors(self, body: Body) -> None:
         """Leave the queues at both doors."""
-        for door in (self.out, self.into):
+        for door in (self.way.out, self.way.into):
             if door is not None:
                 for way in Way:
                     body.site.doors.release(door, way, body.id)
 
-    def _route(self) -> Route:
-        assert self.course is not None
-        assert self.course.route is not None, "a door straight between two rooms needs no route"
-        return self.course.route
-
     # ---- their parts ---------------------------------------------------------------------------------------
-
-    def _steer(
-        self, body: Body, target: Point, why: Wait | None, *, near: float = 0.0, onward: Point | None = None
-    ) -> Progress:
-        """To ``target`` through the room, not yet through the door. ``why``: what it waits for there."""
-        site = body.site
-        if (back := inward(site, body.spec, self.start)) is not None:
-            return Under(back, direct=True)
-        pushed = [
-            item
-            for item in site.items.lying_in(self.start)
-            if (lies := site.rooms.item_position(item)) is not None and math.dist(lies, target) < PUSHED
-        ]
-        velocity = self.steering.velocity(
-            site, body.spec, self.start, target, body.time, near=near, ignoring=pushed, onward=onward
-        )
-        since = self.steering.blocked_since
-        if since >= 0.0 and body.time - since > GIVE_UP:
-            return Failed("blocked")
-        if since >= 0.0:
-            return replace(standing(Wait(WaitCause.PATH, self.start)), velocity=velocity)
-        stands = standing(why) if why is not None and math.hypot(*velocity) < STILL else Under()
-        return replace(stands, velocity=velocity, direct=self.steering.pushes)
-
-    def _wait(self, body: Body, door: Door, place: int, why: Wait, rest: Turn | Grant | None = None) -> Progress:
-        """Stand beside the door; who is not next may stand anywhere else, but not in the way. ``rest``: until when."""
-        if place > 1 and not in_the_way(body.site, body.id, door, self.start):
-            return replace(standing(why), rest=rest)
-        if self.spot is None or body.time - self.spot[0] >= LOOK:
-            self.spot = (body.time, waiting_point(body.site, body.spec, door, self.start))
-        under = self._steer(body, self.spot[1], why, near=WAITS)
-        there = math.dist(body.site.pose(body.id).point, self.spot[1]) <= WAITS
-        if rest is None or not there or not isinstance(under, Under) or under.wait is not why:
-            return under
-        return replace(under, rest=replace(rest, until=min(rest.until, self.spot[0] + LOOK)))
 
     def _obstacle(self, body: Body, door: Door) -> Wait | None:
         """What keeps the robot whose turn it is from passing."""
-        if self.out == self.into:
+        if self.way.out == self.way.into:
             return None if self._room_inside(body, door) else Wait(WaitCause.DOORWAY, door.id)
         if not is_wide(door) and (other := body.site.coming(door.id, COMING)):
             return Wait(WaitCause.DOOR, door.id, (other,))
-        free = body.site.entry_clear(self._route(), body.spec.radius)
+        free = body.site.entry_clear(self.way.route, body.spec.radius)
         return None if free else Wait(WaitCause.ENTRY, door.id)
 
     def _room_inside(self, body: Body, door: Door) -> bool:
@@ -402,11 +320,11 @@ class Drive:
 
     def _line_out(self, body: Body, door: Door) -> list[Point]:
         """From the gate on: to where the vehicle will be, or to the inside of the other room."""
-        if self.out == self.into:
+        if self.way.out == self.way.into:
             return [self._inside(door, body.spec.radius)]
         return [
             throat(door, self.start, body.spec.radius, out=True),
-            body.site.corridors.entry_pose(self._route()).point,
+            body.site.corridors.entry_pose(self.way.route).point,
         ]
 
     def _inside(self, door: Door, radius: float) -> Point:
@@ -436,10 +354,3 @@ def _away(site: Site, door: Door, robot: RobotId) -> float:
 
 def _way(door: Door, start: RoomId) -> Way:
     return Way.OUT if start == door.rooms[0] else Way.IN
-
-
-def _depth(door: Door, room: RoomId, point: Point) -> float:
-    """How far inside the room a point is, square to the door's line [m]."""
-    x, y = inner_point(door, room, 1.0)
-    (dx, dy), (px, py) = door.position, point
-    return (px - dx) * (x - dx) + (py - dy) * (y - dy)

@@ -165,8 +165,8 @@ def test_who_sets_out_the_long_way_takes_the_short_one_once_it_is_open_again(bui
                 told += [progress.rerouted] if progress.rerouted else []
             assert told == [f"open again: {SHORT}"]
             assert isinstance(progress, Done)
-            assert it.drive.course is not None
-            assert SHORT in it.drive.course.lanes
+            assert it.drive.way.course is not None
+            assert SHORT in it.drive.way.course.lanes
             assert it.time < 30.0, "round the ring it takes a minute"
 
 
@@ -179,12 +179,12 @@ def test_who_is_past_the_last_turn_goes_on_the_long_way(building: BuildingMap) -
             it.step()
         it.site.traffic.open_corridor(SHORT)
         assert isinstance(it.end(), Done)
-        assert it.drive.course is not None
-        assert SHORT not in it.drive.course.lanes
+        assert it.drive.way.course is not None
+        assert SHORT not in it.drive.way.course.lanes
     for it in trip(building, FIRST):
         it.site.traffic.close_corridor(ROUND)
         it.until(Phase.TRAVEL)
-        assert it.drive.avoided == (ROUND,)
+        assert it.drive.way.avoided == (ROUND,)
         assert Drive.from_state(json.loads(json.dumps(it.drive.state()))) == it.drive
         it.site.traffic.open_corridor(ROUND)
         while isinstance(progress := it.step(), Under):
@@ -241,7 +241,7 @@ def test_what_is_closed_is_in_the_state(building: BuildingMap) -> None:
         again = Traffic.from_state(building, it.site.corridors, (it.spec,), state)
         assert again.closed() == (SHORT, "room-3-door")
         assert again.state() == it.site.traffic.state()
-        course = it.drive.course
+        course = it.drive.way.course
         assert course is not None
         assert Course.from_state(json.loads(json.dumps(course.state()))) == course
         with pytest.raises(UnknownCorridorError, match="nowhere"):
