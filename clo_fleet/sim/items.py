@@ -29,6 +29,8 @@ class Items:
         self._radius = {spec.id: spec.radius for spec in specs}
         self._place = {spec.id: (spec.position, spec.room) for spec in specs}  # where it lay, last time somebody asked
         self.lying: dict[RoomId, list[ObjectId]] = {}
+        self._noted: dict[ObjectId, PlaceId | None] = {}
+        self._stirred = rooms.watch()
 
     def radius(self, item: ObjectId) -> float:
         """The object's radius [m]."""
@@ -52,10 +54,15 @@ class Items:
         return tuple(item for item in here if rooms.carrier(item) is None and not rooms.gone(item))
 
     def note(self) -> None:
-        """Note what lies where, after a step."""
+        """Note what lies where, after a step; linear in the objects only if one has come into another room."""
+        now = {item: self.place(item) for item in self._stirred}
+        self._stirred.clear()
+        if all(item in self._noted and self._noted[item] == place for item, place in now.items()):
+            return
+        self._noted |= now
         self.lying = {}
         for item in self.ids:
-            if (place := self.place(item)) is not None:
+            if (place := self._noted[item]) is not None:
                 self.lying.setdefault(RoomId(place), []).append(item)
 
     def take_away(self, item: ObjectId) -> None:

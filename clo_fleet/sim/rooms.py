@@ -75,6 +75,7 @@ class Rooms:
         self.moving: set[RobotId] = set()  # the robots that moved or turned in the last step, or go on moving
         self._known: dict[RobotId, Pose] = {}  # the poses that somebody has asked for since they changed
         self._lies: dict[ObjectId, Point] = {}  # the same of the items that lie free
+        self._watches: list[set[ObjectId]] = []
         self._pusher: dict[ObjectId, RobotId | None] = dict.fromkeys(self._items)
         state = starting_state(robots, objects) if state is None else state
         self._custody = Custody.from_state(self._robots, self._items, state["custody"])
@@ -112,7 +113,7 @@ class Rooms:
             self._known.pop(robot, None)
         for slot in moved:
             if slot >= robots:
-                self._lies.pop(self._item_names[slot - robots], None)
+                self._stir(self._item_names[slot - robots])
 
     def add_robot(self, robot: RobotId, pose: Pose) -> None:
         """Let a robot back into the rooms, at rest, with what it carries."""
@@ -185,6 +186,11 @@ class Rooms:
             self._lies[obj] = position
         return position
 
+    def watch(self) -> set[ObjectId]:
+        """A set of one's own of all items, to be emptied; what moves or changes hands from then on is put into it."""
+        self._watches.append(set(self._items))
+        return self._watches[-1]
+
     def carrier(self, obj: ObjectId) -> RobotId | None:
         """The robot that carries an item; ``None``: nobody does."""
         return self._custody.carrier(obj)
@@ -206,7 +212,7 @@ class Rooms:
         """Take an item up onto a robot's first free seat."""
         self._custody.check_present(robot)
         self._custody.take(robot, obj)
-        self._lies.pop(obj, None)
+        self._stir(obj)
         self._hook(robot, obj)
 
     def release(self, robot: RobotId, obj: ObjectId, position: Point) -> None:
@@ -224,19 +230,20 @@ class Rooms:
         """Shift an item to ``position`` [m], at rest."""
         self._custody.check_carrier(obj, None)
         self._pusher[obj] = None
-        self._lies.pop(obj, None)
+        self._stir(obj)
         self._physics.put(self._items[obj], Pose(*position))
 
     def take_away(self, obj: ObjectId) -> None:
         """Take an item that lies free out of the building."""
         self._custody.take_away(obj)
-        self._lies.pop(obj, None)
+        self._stir(obj)
         self._pusher[obj] = None
         self._physics.leave(self._items[obj])
 
     def bring_back(self, obj: ObjectId, position: Point) -> None:
         """Put an item that is gone down at ``position`` [m]."""
         self._custody.bring_back(obj)
+        self._stir(obj)
         self._physics.enter(self._items[obj], Pose(*position))
 
     def push_item(self, obj: ObjectId, velocity: tuple[float, float]) -> None:
@@ -255,6 +262,12 @@ class Rooms:
         """
         candidates = spots(self._building, room, near, radius, within)
         return next((spot for spot in candidates if self._physics.clear(spot, radius + GAP)), None)
+
+    def _stir(self, obj: ObjectId) -> None:
+        """An item has moved, changed hands, gone or come back."""
+        self._lies.pop(obj, None)
+        for watch in self._watches:
+            watch.add(obj)
 
     def _touched(self, touch: Touch, robot: int, other: int) -> None:
         self._contacts[touch] += 1

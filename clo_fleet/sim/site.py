@@ -309,7 +309,7 @@ class Site:
         lay, stood = self.items.lying, self._standing
         self.items.note()
         self._standing = {}
-        for robot in self._robots:
+        for robot in self.rooms.present():
             if (room := self.floor(robot)) is not None:
                 self._standing.setdefault(room, []).append(robot)
         self.stirred = _differing(lay, self.items.lying) | _differing(stood, self._standing)

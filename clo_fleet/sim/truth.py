@@ -33,7 +33,6 @@ class Truth:
         self.words = words
         self._site = site
         self._robots = tuple(map(RobotId, words.names.robots))
-        self._objects = tuple(map(ObjectId, words.names.objects))
         self._effects: set[Fact] = set()
         # where the object lay at the end of the tick in which an effect that it may lose came about, or in which it was
         # put down; None until then, and while it is carried
@@ -47,6 +46,7 @@ class Truth:
             self._follow(fact)
         self._known: dict[str, tuple[Fact, ...]] = {}  # where each robot and each object is
         self._last_place: dict[RobotId, PlaceId] = {}
+        self._stirred = site.rooms.watch()
         self._seen_effects: frozenset[Fact] = frozenset()
         self._facts: frozenset[Fact] = frozenset()
         self._renew()
@@ -135,8 +135,9 @@ class Truth:
             if place != self._last_place.get(robot):
                 self._last_place[robot] = place
                 self._place(robot, self.words.facts(SensorKind.PLACE, robot, place), changed)
-        for item in self._objects:
+        for item in self._stirred:
             self._place(item, self._whereabouts(item), changed)
+        self._stirred.clear()
         if changed:
             self._facts ^= changed
         return frozenset(changed)
