@@ -58,16 +58,17 @@ class Approach:
         if since >= 0.0 and body.time - since > GIVE_UP:
             return Failed("blocked")
         if since >= 0.0:
-            return replace(standing(Wait(WaitCause.PATH, room)), velocity=velocity)
-        stands = standing(why) if why is not None and math.hypot(*velocity) < STILL else Under()
-        return replace(stands, velocity=velocity, direct=self.steering.pushes)
+            return standing(Wait(WaitCause.PATH, room), velocity)
+        if why is not None and math.hypot(*velocity) < STILL:
+            return standing(why, velocity, direct=self.steering.pushes)
+        return Under(velocity, direct=self.steering.pushes)
 
     def wait(
         self, body: Body, room: RoomId, door: Door, place: int, why: Wait, rest: Turn | Grant | None = None
     ) -> Progress:
         """Stand beside the door; who is not next may stand anywhere else, but not in the way. ``rest``: until when."""
         if place > 1 and not in_the_way(body.site, body.id, door, room):
-            return replace(standing(why), rest=rest)
+            return standing(why, rest=rest)
         if self.spot is None or body.time - self.spot[0] >= LOOK:
             self.spot = (body.time, waiting_point(body.site, body.spec, door, room))
         under = self.steer(body, room, self.spot[1], why, near=WAITS)

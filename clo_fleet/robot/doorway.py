@@ -6,6 +6,7 @@ one room of the door; "right" is as one looks out of it.
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 from clo_fleet.sim.doors import is_wide
 from clo_fleet.sim.site import Site
@@ -44,6 +45,7 @@ DEPTH = 1.5  # [m] inside the door: so far those who pass need the floor to them
 RIM = 0.1  # [m] at least, between the rim of who has no right of way and the line of a door
 BACK = 0.4  # [m/s] at which it backs off from there
 AROUND = 4.0  # [m] in which it waits if all places beside the door are taken
+KEPT = 4096  # points at doors that are remembered: robots in a queue ask for the same ones in every tick
 FREE = 0.1  # [m] a waiting point may be this far off where it should be, because of walls
 
 
@@ -55,6 +57,7 @@ def lane(door: Door, radius: float, *, out: bool) -> float:
     return side if out else -side
 
 
+@lru_cache(maxsize=KEPT)
 def gate(door: Door, room: RoomId, radius: float, *, out: bool, inside: float | None = None) -> Point:
     """The point ``inside`` the room from the door's line on the way that robots keep to."""
     if inside is None:
@@ -62,6 +65,7 @@ def gate(door: Door, room: RoomId, radius: float, *, out: bool, inside: float | 
     return _inner(door, room, inside, lane(door, radius, out=out))
 
 
+@lru_cache(maxsize=KEPT)
 def throat(door: Door, room: RoomId, radius: float, *, out: bool) -> Point:
     """Where the way through the door meets the way to or from the lane behind it."""
     return _inner(door, room, 0.0 if is_wide(door) else -THROAT, lane(door, radius, out=out))

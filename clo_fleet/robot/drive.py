@@ -12,7 +12,7 @@ SUMO will have its vehicle, or from where its vehicle held, to the gate of the o
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Self
 
@@ -182,8 +182,8 @@ class Drive:
             other = body.site.course(body.id, self.start, self.goal, self.way.out) if body.site.traffic.shut else None
             course = body.site.traffic.still_open(body.id, self.start, self.goal, self.way.course, other)
             if course is None:  # closed in the last moment: here it can wait, but not turn round
-                shut = standing(Wait(WaitCause.CLOSED, ", ".join(body.site.traffic.closed())))
-                return replace(shut, velocity=follow(body.site, body.spec, self.line, ahead=AHEAD), direct=True)
+                shut = Wait(WaitCause.CLOSED, ", ".join(body.site.traffic.closed()))
+                return standing(shut, follow(body.site, body.spec, self.line, ahead=AHEAD), direct=True)
             self.way.course = course
             body.site.depart(body.id, self.way.route)
             door = _door(body.site, self.way.out)
@@ -195,7 +195,7 @@ class Drive:
     def _insert(self, body: Body) -> Progress:
         if not body.site.in_corridor(body.id):
             velocity = follow(body.site, body.spec, self.line, ahead=AHEAD)
-            return replace(standing(Wait(WaitCause.ENTRY, str(self.way.out))), velocity=velocity, direct=True)
+            return standing(Wait(WaitCause.ENTRY, str(self.way.out)), velocity, direct=True)
         self.phase = Phase.TRAVEL
         return self._travel(body)
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from clo_fleet.clo.executive import Executive, Mode
@@ -27,7 +27,7 @@ MISHAP = "a mishap"  # why an action failed
 STRIKES_AFTER = 1.0  # [s] after an action began, a mishap strikes; a drive at once, because doorways come soon
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(slots=True, kw_only=True)
 class Meters:
     """How a robot's simulated time went [s], and how far it came [m]."""
 
@@ -132,7 +132,7 @@ class Robot:
     def measure_distance(self, site: Site) -> None:
         """Count the way since the last tick."""
         here = site.pose(self.id).point
-        self.meters = replace(self.meters, distance=self.meters.distance + math.dist(here, self._last))
+        self.meters.distance += math.dist(here, self._last)
         self._last = here
 
     def measure_rest(self, seconds: float) -> None:
@@ -141,8 +141,7 @@ class Robot:
 
     def measure_journey(self, site: Site, distance: float) -> None:
         """Count the way of a journey that nobody looked at [m]."""
-        way = round(self.meters.distance + distance, 6)  # the same sum in however many parts a journey is told
-        self.meters = replace(self.meters, distance=way)
+        self.meters.distance = round(self.meters.distance + distance, 6)  # the same in however many parts it is told
         self._last = site.pose(self.id).point
 
     @property
@@ -211,7 +210,7 @@ class Robot:
 
     def _spend(self, on: str, seconds: float) -> None:
         if on:  # rounded, so that it is the same sum in however many parts a time is told
-            self.meters = replace(self.meters, **{on: round(getattr(self.meters, on) + seconds, 9)})
+            setattr(self.meters, on, round(getattr(self.meters, on) + seconds, 9))
 
 
 _NOTHING = Under()

@@ -49,9 +49,15 @@ class Under:
     rest: Rest | Arrival | None = None  # there is nothing to do before that is over
 
 
-def standing(wait: Wait) -> Under:
+def standing(
+    wait: Wait,
+    velocity: tuple[float, float] = (0.0, 0.0),
+    *,
+    direct: bool = False,
+    rest: Rest | None = None,
+) -> Under:
     """Still at it, but standing, and why."""
-    return Under(standing_for=wait.text, wait=wait)
+    return Under(velocity, wait.text, direct, wait, rest=rest)
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,8 @@ pytestmark = [pytest.mark.bench, pytest.mark.timeout(1800)]
 
 SIDE = 10  # rooms; twice that for 5,000 robots, so that the building is as full
 SPACING = 24.0  # [m] from crossing to crossing
-TICKS = {10: 300, 100: 300, 1000: 150, 5000: 40}
+TICKS = {10: 900, 100: 900, 1000: 900, 5000: 150}
+FIRST = 150  # [ticks] 30 s in which all set out at once: most of them queue at the doors of their rooms
 SAMPLE = 6  # questions that the planner is asked
 TICK = 0.2  # [s]
 
@@ -196,7 +197,8 @@ def whole(robots: int, ticks: int, folder: Path) -> tuple[dict[str, Any], Record
         "robots": robots,
         "ticks": len(times),
         "tick_ms": spent / len(times) * 1e3,
-        "last_ms": sum(times[-len(times) // 3 :]) / (len(times) // 3) * 1e3,
+        "first_ms": sum(times[:FIRST]) / len(times[:FIRST]) * 1e3,
+        "typical_ms": median(times) * 1e3,
         "real_time": TICK * len(times) / spent,
         "world_s": made - begin,
         "start_s": started - made,
@@ -346,7 +348,8 @@ def test_how_a_run_grows(
     keys = (
         "robots",
         "tick_ms",
-        "last_ms",
+        "first_ms",
+        "typical_ms",
         "bare_ms",
         "ratio",
         "real_time",
@@ -356,9 +359,9 @@ def test_how_a_run_grows(
         "plan_ms",
     )
     rows = [measured(str(size), str(TICKS[size])) for size in sizes]
-    lines = ["", "  ".join(f"{key:>9}" for key in keys)]
+    lines = ["", "  ".join(f"{key:>10}" for key in keys)]
     lines += [
-        "  ".join(f"{row[key]:9,.2f}" if isinstance(row[key], float) else f"{row[key]:9,}" for key in keys)
+        "  ".join(f"{row[key]:10,.2f}" if isinstance(row[key], float) else f"{row[key]:10,}" for key in keys)
         for row in rows
     ]
     for small, large in pairwise(rows):
