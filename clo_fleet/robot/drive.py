@@ -137,7 +137,7 @@ class Drive:
         if math.dist(body.site.pose(body.id).point, target) < ASK:
             self.phase = Phase.QUEUE
             return self._queue(body)
-        return self.approach.steer(body, self.start, target, None, onward=self._line_out(body, door)[0])
+        return self.approach.steer(body, self.start, target, None, onward=self._onward(body, door))
 
     def _queue(self, body: Body) -> Progress:
         """On through the gate if it may; else to a place beside the door, to wait there."""
@@ -166,7 +166,7 @@ class Drive:
         if obstacle and not is_wide(door) and (self.way.out == self.way.into or site.coming(door.id, COMING)):
             return self.approach.wait(body, self.start, door, 0, obstacle)
         if obstacle or not near:
-            onward = None if obstacle else self._line_out(body, door)[0]
+            onward = None if obstacle else self._onward(body, door)
             return self.approach.steer(body, self.start, target, obstacle, onward=onward)
         site.doors.request(door.id, way, body.id, urgent=True)
         self.line = [target, *self._line_out(body, door)]
@@ -321,11 +321,14 @@ class Drive:
     def _line_out(self, body: Body, door: Door) -> list[Point]:
         """From the gate on: to where the vehicle will be, or to the inside of the other room."""
         if self.way.out == self.way.into:
-            return [self._inside(door, body.spec.radius)]
-        return [
-            throat(door, self.start, body.spec.radius, out=True),
-            body.site.corridors.entry_pose(self.way.route).point,
-        ]
+            return [self._onward(body, door)]
+        return [self._onward(body, door), body.site.corridors.entry_pose(self.way.route).point]
+
+    def _onward(self, body: Body, door: Door) -> Point:
+        """Where it goes from the gate."""
+        if self.way.out == self.way.into:
+            return self._inside(door, body.spec.radius)
+        return throat(door, self.start, body.spec.radius, out=True)
 
     def _inside(self, door: Door, radius: float) -> Point:
         """The end of the way in, a look ahead beyond where it counts as through."""
