@@ -21,7 +21,9 @@ from clo_fleet.clo.messages import (
     StepsDropped,
     Waits,
 )
+from clo_fleet.clo.operators import bits
 from clo_fleet.clo.plan import Plan, Step, number
+from clo_fleet.clo.relaxation import INFINITE, Relaxation
 from clo_fleet.clo.repair import Drop, Means, Repaired
 from clo_fleet.clo.state import ExecutiveState
 from clo_fleet.clo.strategies import ActionSource, Adopt, Keep, PlanAgain, Revision, Situation, Strategy
@@ -36,11 +38,12 @@ _NO_PLAN = "no plan exists as things are believed"
 
 @dataclass(frozen=True, slots=True)
 class Deliberation:
-    """A strategy at work on one executive's memory."""
+    """A strategy at work on one executive's memory. ``partly``: whether a part of the goals is better than nothing."""
 
     strategy: Strategy
     data: ExecutiveState
     actions: ActionSource | None = None
+    partly: bool = False
 
     @property
     def running(self) -> Step | None:
@@ -165,7 +168,7 @@ class Deliberation:
         missing = self.lacks(step.action)
         if missing:
             return self._blocked(step, missing)
-        if data.unsolvable is not None and data.unsolvable == self.planning_state and not self.sound(data.promised):
+        if step.id not in data.meanwhile and data.unsolvable == self.planning_state and not self.sound(data.promised):
             return self._wait(_NO_PLAN)
         threatened = {need for needs in data.offers.values() for need in needs}
         after = apply(data.beliefs, step.action)
@@ -211,6 +214,26 @@ class Deliberation:
         data.asked = data.goals
         data.tally = data.tally.plus(planner_calls=1)
         return [*stop, AskPlan(why)]
+
+    def ask_for_part(self) -> list[Command]:
+        """As there is no plan to all goals, ask for one to those within reach, unless they hold already."""
+        data, state = self.data, self.planning_state
+        part = self._within_reach(state) if self.partly else ()
+        if all(holds(goal, state) for goal in part) or part == data.goals:
+            return []
+        data.part, data.question = part, state
+        data.tally = data.tally.plus(planner_calls=1)
+        return [AskPlan("there is none to all goals: for those within reach", part)]
+
+    def _within_reach(self, state: frozenset[Fact]) -> tuple[Condition, ...]:
+        """The goals that could be brought about one by one, were nothing ever undone."""
+        if self.actions is None:
+            return ()
+        operators = self.actions.operators(state, self.data.goals)
+        far = Relaxation.of(operators, operators.state(state, self.data.unknown - state)).distance
+        return tuple(
+            goal for goal in self.data.goals if all(far[bit] < INFINITE for bit in bits(operators.mask((goal,))))
+        )
 
     def _wait(self, why: str) -> list[Command]:
         if self.data.waiting == why:

@@ -15,7 +15,7 @@ next step starts, or it waits and says for what.
 Three things keep robots from tripping over one another. A step whose work another robot has in hand and
 announced is *suspended*: it stays in the plan, is not started, and is dropped when the promise comes true.
 While a handover is under way, no action starts that would break it. And a question to which the planner had no
-answer is not asked again before a belief changes.
+answer is not asked again before a belief changes; meanwhile the robot may work for those goals that are within reach.
 
 A new plan is asked for from the state in which the running action will have ended, so that it can go on.
 """
@@ -93,6 +93,7 @@ class Executive:
         beliefs: the facts believed true at the start.
         goals: what is to hold in the end.
         actions: who knows what the robot could do, for strategies that put new steps into a plan.
+        partly: whether it works for the goals within reach while there is no plan to all of them.
     """
 
     def __init__(
@@ -101,10 +102,12 @@ class Executive:
         beliefs: Iterable[Fact],
         goals: Iterable[Condition],
         actions: ActionSource | None = None,
+        *,
+        partly: bool = False,
     ) -> None:
         self._strategy = strategy
         self._data = ExecutiveState(beliefs=set(beliefs), goals=tuple(goals))
-        self._mind = Deliberation(strategy, self._data, actions)
+        self._mind = Deliberation(strategy, self._data, actions, partly)
         self._links: Links | None = None
 
     # ---- what can be asked ---------------------------------------------------------------------------------
@@ -193,11 +196,18 @@ class Executive:
         return self._data.state()
 
     @classmethod
-    def from_state(cls, strategy: Strategy, state: Mapping[str, object], actions: ActionSource | None = None) -> Self:
+    def from_state(
+        cls,
+        strategy: Strategy,
+        state: Mapping[str, object],
+        actions: ActionSource | None = None,
+        *,
+        partly: bool = False,
+    ) -> Self:
         """The executive that ``state()`` was taken from."""
         executive = cls(strategy, (), ())
         executive._data = ExecutiveState.from_state(state)
-        executive._mind = Deliberation(strategy, executive._data, actions)
+        executive._mind = Deliberation(strategy, executive._data, actions, partly)
         return executive
 
     # ---- the one entry -------------------------------------------------------------------------------------
@@ -227,6 +237,7 @@ class Executive:
     def _plan_arrived(self, event: PlanArrived) -> list[Command]:
         data = self._data
         question, data.question = data.question or frozenset(), None
+        part, data.part = data.part, ()
         data.planner_deaths = 0
         running = [self._mind.step(data.running)] if data.running is not None else []
         superseded = tuple(step for step in data.plan if step.id != data.running)
@@ -236,6 +247,9 @@ class Executive:
         data.tally = data.tally.with_plan(len(steps), len(superseded), first=first)
         data.news = {fact: cause for fact, cause in data.news.items() if (fact in data.beliefs) != (fact in question)}
         commands: list[Command] = [PlanAdopted(steps, superseded, first)]
+        data.meanwhile = {step.id for step in steps} if part else set()
+        if part:
+            return commands  # it has gaps: that is known
         situation = self._mind.situation(frozenset(data.news))
         revision = self._strategy.revise(replace(situation, past=question, new_plan=True))
         if isinstance(revision, PlanAgain):
@@ -248,13 +262,16 @@ class Executive:
     def _plan_missing(self, event: PlanMissing) -> list[Command]:
         data = self._data
         question, data.question = data.question, None
+        part, data.part = data.part, ()
         deaths, data.planner_deaths = data.planner_deaths, 0
         if data.new_goals:  # the question was about others
             return [] if self._mind.reached() or self._mind.sound() else self._mind.ask("the goals have changed")
-        if event.failure is PlanFailure.NO_PLAN:
+        if event.failure is PlanFailure.NO_PLAN and not part:
             data.unsolvable = question
-        if event.failure is PlanFailure.NO_PLAN or self._mind.reached() or self._mind.sound():
+        if part or self._mind.reached() or self._mind.sound():
             return []
+        if event.failure is PlanFailure.NO_PLAN:
+            return self._mind.ask_for_part()
         if event.failure is PlanFailure.DIED and deaths == 0:
             data.planner_deaths = 1
             return self._mind.ask("the planner died: once more")
@@ -279,6 +296,7 @@ class Executive:
         key = step.action.name
         again = self._mind.numbered([step.action])
         data.plan[data.plan.index(step)] = again[0]
+        data.meanwhile |= {again[0].id} if step.id in data.meanwhile else set()
         data.tally = data.tally.plus(failed=1, added=1)
         learnt = self._mind.learn(event.learnt)
         data.attempts = {} if learnt else data.attempts

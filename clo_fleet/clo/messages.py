@@ -209,9 +209,10 @@ Event = (
 
 @dataclass(frozen=True, slots=True)
 class AskPlan:
-    """Ask the planner for a plan from the executive's ``planning_state`` to its goals."""
+    """Ask the planner for a plan from the executive's ``planning_state`` to its goals, or to ``part`` of them."""
 
     why: str
+    part: tuple[Condition, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,6 +96,8 @@ class ExecutiveState:
         unsolvable: the last state from which the planner was asked in vain.
         unknown: facts not known to be true or to be false; they are not among the beliefs.
         asked: the goals that the planner was last asked for.
+        part: those of the goals that the planner is asked for now; empty: all.
+        meanwhile: the steps of a plan to a part of the goals, made because there is none to all.
     """
 
     beliefs: set[Fact]
@@ -116,6 +118,8 @@ class ExecutiveState:
     unsolvable: frozenset[Fact] | None = None
     unknown: set[Fact] = field(default_factory=set)
     asked: tuple[Condition, ...] | None = None
+    part: tuple[Condition, ...] = ()
+    meanwhile: set[int] = field(default_factory=set)
     planner_deaths: int = 0
     relapses: int = 0
     next_step: int = 1
@@ -142,6 +146,8 @@ class ExecutiveState:
             "unsolvable": None if self.unsolvable is None else plain_facts(self.unsolvable),
             "unknown": plain_facts(self.unknown),
             "asked": None if self.asked is None else plain_conditions(self.asked),
+            "part": plain_conditions(self.part),
+            "meanwhile": sorted(self.meanwhile),
             "tally": asdict(self.tally),
         }
 
@@ -162,6 +168,8 @@ class ExecutiveState:
             unsolvable=None if state["unsolvable"] is None else read_facts(state["unsolvable"]),
             unknown=set(read_facts(state["unknown"])),
             asked=None if state["asked"] is None else read_conditions(state["asked"]),
+            part=read_conditions(state["part"]),
+            meanwhile=set(state["meanwhile"]),
             tally=Tally(**state["tally"]),
         )
 

@@ -372,11 +372,12 @@ class Conversation:
                 if robot.busy:  # it may just have ended
                     self._record(events.ActionCalledOff(robot.id, step.id, step.action.name, why, fact, *credit(cause)))
                 robot.cancel()
-            case AskPlan(why):
+            case AskPlan(why, part):
                 self._record(events.PlanRequested(robot.id, why))
                 if flips := self._meets(robot):
                     robot.executive.handle(Observed(self.time, flips))
-                self.questions.ask(robot.id, robot.executive.planning_state, robot.spec.goals, self.time)
+                goals = [goal.fact for goal in part] or robot.spec.goals
+                self.questions.ask(robot.id, robot.executive.planning_state, goals, self.time)
             case AcceptOffer(offer):
                 self.offers.answer(offer, accepted=True)
             case RefuseOffer(offer, why):

@@ -131,12 +131,13 @@ class Mission:
             self._disturbances.restore(state["disturbances"])
 
     def _robot(self, spec: RobotSpec, of_all: frozenset[Fact], state: Mapping[str, Any] | None) -> Robot:
-        actions = Repertoire(spec.id, self._questions.scene)
+        actions, partly = Repertoire(spec.id, self._questions.scene), self.world.planning.partly
         if state is None:
             beliefs = of_all.union(self._words.facts(SensorKind.PLACE, spec.id, self._site.place(spec.id)))
-            executive = Executive(self._strategy, beliefs, goals_of(spec.goals), actions)
+            executive = Executive(self._strategy, beliefs, goals_of(spec.goals), actions, partly=partly)
             return Robot(spec, executive, seed=self.world.seed)
-        robot = Robot(spec, Executive.from_state(self._strategy, state["executive"], actions), seed=self.world.seed)
+        executive = Executive.from_state(self._strategy, state["executive"], actions, partly=partly)
+        robot = Robot(spec, executive, seed=self.world.seed)
         robot.restore(state)
         return robot
 

@@ -232,19 +232,21 @@ class Radio:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningTime:
-    """How much simulated time a call of the planner takes, and the planner's own limits.
+    """How much simulated time a call of the planner takes, the planner's own limits, and what to do without a plan.
 
     Attributes:
         fixed: [s] for each call.
         per_expansion: [s] for each node that the planner expands.
         wall_limit: real seconds after which the call counts as out of time (a safety net).
         memory_limit: bytes that the planner may use.
+        partly: whether a robot works for those goals that are within reach while there is no plan to all of them.
     """
 
     fixed: float = 0.0
     per_expansion: float = 0.0
     wall_limit: float = 60.0
     memory_limit: int = 2 << 30
+    partly: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,7 @@ seed: 0
 until_s: 600
 perception: {mode: sight, range_m: 20, look_s: 0}
 radio: {facts: true, range_m: 50, delay_s: 0, loss: 0, repeat_s: 5, promise_s: 20}
-planning: {fixed_s: 0, per_expansion_s: 0, wall_limit_s: 60, memory_limit_mb: 2048}
+planning: {fixed_s: 0, per_expansion_s: 0, wall_limit_s: 60, memory_limit_mb: 2048, partly: false}
 skills: {prepare_s: 4, grasp_s: 2, place_s: 2, give_s: 2, reach_m: 0.6, partner_wait_s: 60, spread: 0.1}
 robots:
   r1: {at: p1, goals: ["(holding r1 o1)"], radius_m: 0.3, max_speed_m_s: 1.0, max_acceleration_m_s2: 1.0}
@@ -281,4 +281,5 @@ def _planning(section: PlanningSection) -> PlanningTime:
         per_expansion=float(section.per_expansion_s),
         wall_limit=float(section.wall_limit_s),
         memory_limit=int(section.memory_limit_mb * MEGABYTE),
+        partly=section.partly,
     )

@@ -82,12 +82,13 @@ class RadioSection(Section):
 
 
 class PlanningSection(Section):
-    """How much simulated time planning takes, and the planner's own limits."""
+    """How much simulated time planning takes, the planner's own limits, and what to do without a plan."""
 
     fixed_s: NonNegative = PLANNING.fixed
     per_expansion_s: NonNegative = PLANNING.per_expansion
     wall_limit_s: Positive = PLANNING.wall_limit
     memory_limit_mb: Positive = PLANNING.memory_limit / MEGABYTE
+    partly: bool = PLANNING.partly
 
 
 class SkillsSection(Section):

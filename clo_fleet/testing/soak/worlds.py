@@ -150,7 +150,7 @@ def _settings(draw: _Draw) -> list[str]:
             "loss": draw.one("loss", (0, 0, 0.3)),
             "delay_s": draw.one("delay", (0, 0, 0.5, 3)),
         },
-        "planning": {"fixed_s": draw.one("fixed", (0, 0, 0.4, 5))},
+        "planning": {"fixed_s": draw.one("fixed", (0, 0, 0.4, 5)), "partly": draw.one("partly", ("true", "false"))},
         "skills": {
             "spread": draw.one("spread", (0, 0.3)),
             "speed_spread": draw.one("speed-spread", (0, 0.2)),

@@ -37,7 +37,7 @@ seed: 7
 until_s: 600
 perception: {mode: full, range_m: 10}
 radio: {facts: false, delay_s: 1, loss: 0.5}
-planning: {fixed_s: 1, per_expansion_s: 0.001, wall_limit_s: 30, memory_limit_mb: 512}
+planning: {fixed_s: 1, per_expansion_s: 0.001, wall_limit_s: 30, memory_limit_mb: 512, partly: true}
 skills: {prepare_s: 8, spread: 0.1}
 robots:
   r1: {at: p1, goals: ["(holding r1 o1)", "(at-object o2 l3)", "(PREPARED o1)"]}
@@ -92,7 +92,8 @@ def test_a_world_is_read_into_values(tmp_path: Path) -> None:
     assert [thing.mass for thing in world.objects] == [2.0, 1.0]
     assert world.perception == Perception(PerceptionMode.FULL, 10.0)
     assert world.radio == Radio(facts=False, range=None, delay=1.0, loss=0.5)
-    assert world.planning == PlanningTime(fixed=1.0, per_expansion=0.001, wall_limit=30.0, memory_limit=512 << 20)
+    times = PlanningTime(fixed=1.0, per_expansion=0.001, wall_limit=30.0, memory_limit=512 << 20, partly=True)
+    assert world.planning == times
     assert (world.skills.prepare, world.skills.grasp, world.skills.spread) == (8.0, 2.0, 0.1)
     moved, slowed = world.disturbances
     assert isinstance(moved, ObjectMoved)
