@@ -141,6 +141,9 @@ class Conversation:
         self._listen()
         for robot_id in self._hearsay.lapsed(self.time):
             self._inboxes.stir(robot_id)
+        for robot_id in self._hearsay.cut_off(self.radio.lost, self.time):
+            if self._robots[robot_id].executive.promised:
+                self._inboxes.put(robot_id, Promised(self.time, frozenset()))
 
     def pass_offers_on(self) -> None:
         """Ask the executives about new offers, and tell them which have ended."""

@@ -40,6 +40,7 @@ class Hearsay:
         self._counted: dict[RobotId, frozenset[Fact]] = {}  # the promises that each robot was told to count on
         self._deeds: dict[RobotId, dict[Topic, Deed]] = {}
         self._known: dict[RobotId, dict[Topic, float]] = {}  # when each robot itself learnt of something [s]
+        self._deaf: dict[RobotId, float] = {}  # since when robots have had no radio [s]
 
     # ---- saying --------------------------------------------------------------------------------------------
 
@@ -113,6 +114,11 @@ class Hearsay:
             return ()
         return tuple(robot for robot, facts in self._counted.items() if facts and self._count(robot, time) != facts)
 
+    def cut_off(self, lost: Iterable[RobotId], time: float) -> tuple[RobotId, ...]:
+        """Who has had no radio for so long that no promise counts any more. Every tick; ``lost``: who has none now."""
+        self._deaf = {robot: self._deaf.get(robot, time) for robot in sorted(lost)}
+        return tuple(robot for robot, since in self._deaf.items() if time - since >= self._radio.promise - 1e-9)
+
     # ---- what became of objects ----------------------------------------------------------------------------
 
     def did(self, robot: RobotId, flips: Iterable[Flip], time: float) -> None:
@@ -151,6 +157,7 @@ class Hearsay:
         return {
             "said": [[said.state(), at] for said, at in self._said.values()],
             "heard": {to: [[said.state(), at] for said, at in heard.values()] for to, heard in self._heard.items()},
+            "deaf": dict(self._deaf),
             "counted": {robot: plain_facts(facts) for robot, facts in self._counted.items()},
             "deeds": {
                 robot: [[deed.time, list(map(plain_flip, deed.flips))] for deed in deeds.values()]
@@ -168,6 +175,7 @@ class Hearsay:
             self._promise(said)
         self._heard = {to: _read_heard(heard) for to, heard in state["heard"].items()}
         self._counted = {robot: read_facts(facts) for robot, facts in state["counted"].items()}
+        self._deaf = dict(state["deaf"])
         self._deeds, self._known = {}, {}
         for robot, deeds in state["deeds"].items():
             read = [Deed(time, tuple(map(read_flip, flips))) for time, flips in deeds]

@@ -204,15 +204,16 @@ def test_a_robot_whose_radio_is_back_hears_what_others_mean_to_do(fleet_planners
     assert not events_of(run, ActionStarted, action="grasp(r1, cup, b)")
 
 
-@pytest.mark.parametrize("radio", [Radio(), Radio(delay=0.4), Radio(loss=0.2, repeat=2.0)])
+@pytest.mark.parametrize("back", [(), (RadioRestored(35.0, R1),)], ids=["never", "later"])
+@pytest.mark.parametrize("radio", [Radio(), Radio(delay=0.4)], ids=["prompt", "slow"])
 def test_a_robot_whose_radio_is_back_hears_what_others_do_not_mean_to_do_any_more(
-    radio: Radio, fleet_planners: PlannerPool
+    radio: Radio, back: tuple[Disturbance, ...], fleet_planners: PlannerPool
 ) -> None:
-    """A promise that was kept or taken back meanwhile is not waited for."""
+    """Nobody waits for a promise that was kept or taken back meanwhile; nor for long while its radio stays silent."""
     builder = WorldBuilder(rooms_in_a_row("a", "b", "c")).thing("cup", "b", at=(10, 1.5), prepared=True)
     builder.robot("r1", "c", wants="(at-object cup a)", max_speed=0.3)
     builder.robot("r2", "b", wants="(at-object cup a)", at=(9, 1.5))
-    faults = (RadioLost(6.0, R1), ObjectMoved(30.0, CUP, (9.0, 1.5)), RadioRestored(35.0, R1))
+    faults = (RadioLost(6.0, R1), ObjectMoved(30.0, CUP, (9.0, 1.5)), *back)
     run = finished(replace(builder.happens(*faults).build(), radio=radio, until=90.0), fleet_planners)
     assert_goals_reached(run)
     assert events_of(run, Waiting, robot="r1", why="for what another robot has in hand")

@@ -148,3 +148,14 @@ def test_with_a_slow_radio_that_loses_nothing_what_was_said_is_said_again_to_who
     assert hearsay.to_repeat(900.0) == ()
     assert hearsay.to_say_again(R1) == (delivering(R2),)
     assert hearsay.to_say_again(R2) == ()
+
+
+def test_nobody_counts_for_long_on_what_was_said_before_its_radio_failed() -> None:
+    """The time begins anew with each failure; saved in between, it goes on."""
+    hearsay = Hearsay(Radio(promise=20.0), WORDS)
+    assert hearsay.cut_off({R1}, 5.0) == hearsay.cut_off({R1}, 24.8) == ()
+    again = Hearsay(Radio(promise=20.0), WORDS)
+    again.restore(json.loads(json.dumps(hearsay.state())))
+    for each in (hearsay, again):
+        assert each.cut_off({R1, R2}, 25.0) == (R1,)
+        assert each.cut_off((), 25.2) == each.cut_off({R1}, 25.4) == ()
