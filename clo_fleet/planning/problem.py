@@ -86,8 +86,9 @@ class Scene:
     def open_in(self, state: State) -> "Scene":
         """The scene without the ways that are blocked in ``state``."""
         blocked = {fact[1:] for fact in state if fact[0] == BLOCKED}
-        travel = {pair: cost for pair, cost in self.travel.items() if pair not in blocked}
-        return replace(self, travel=travel) if blocked else self
+        if not blocked:
+            return self
+        return replace(self, travel={pair: cost for pair, cost in self.travel.items() if pair not in blocked})
 
 
 def planning_task(

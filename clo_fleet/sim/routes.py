@@ -7,7 +7,7 @@ from math import inf
 from typing import Any, Self
 
 from clo_fleet.errors import CloFleetError
-from clo_fleet.sim.network import Edge, network_edges, network_turns
+from clo_fleet.sim.network import network_edges, network_turns
 from clo_fleet.world.model import BuildingMap, DoorId
 
 __all__ = ["Delay", "Route", "Routes", "UnknownDoorError"]
@@ -66,6 +66,7 @@ class Routes:
         self._empty: dict[tuple[DoorId, DoorId], Route | None] = {}
         edges = network_edges(building)
         self._edges = {edge.id: edge for edge in edges}
+        self._time = {edge.id: edge.length / edge.corridor.max_speed for edge in edges}
         self._order = {edge.id: number for number, edge in enumerate(edges)}
         self._turns: dict[str, list[str]] = {edge.id: [] for edge in edges}
         for before, after in network_turns(building, edges):
@@ -105,7 +106,7 @@ class Routes:
 
     def time(self, edge: str) -> float:
         """Over the whole edge at its top speed [s]."""
-        return _time(self._edges[edge])
+        return self._time[edge]
 
     def route(self, start: DoorId, end: DoorId, edges: Sequence[str]) -> Route:
         """The route along these edges."""
@@ -115,7 +116,7 @@ class Routes:
             end=end,
             edges=tuple(edges),
             length=sum(edge.length for edge in along),
-            time=sum(map(_time, along)),
+            time=sum(self._time[edge] for edge in edges),
         )
 
     def _search(self, first: Iterable[str], end: str, delay: Delay) -> tuple[tuple[str, ...], float]:
@@ -139,9 +140,4 @@ class Routes:
         return (), inf
 
     def _cost(self, edge: str, delay: Delay) -> float:
-        return _time(self._edges[edge]) + delay(edge)
-
-
-def _time(edge: Edge) -> float:
-    """Over the whole edge at its top speed [s]."""
-    return edge.length / edge.corridor.max_speed
+        return self._time[edge] + delay(edge)

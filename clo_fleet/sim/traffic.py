@@ -219,6 +219,8 @@ class Traffic:
 
     def closed(self) -> tuple[str, ...]:
         """The corridors and doors that are closed, sorted."""
+        if not self.shut:
+            return ()
         shut = {name for name, edges in self._edges.items() if any(self.right_of_way.closed(edge) for edge in edges)}
         return tuple(sorted(shut | self._closed_doors))
 

@@ -114,8 +114,8 @@ class Run:
         checkpoint_every: save the run so often [s], a multiple of the tick, for ``Run.resumed``. It is another run
             then: engines forget something when they are restarted from what was saved.
         source: the world's file, for who goes on with the run.
-        planners: from ``planner_pool()``; who makes many runs in one process spares each the 2 s that planners take to
-            start. They are left running; those that the run would start itself are ended with it.
+        planners: from ``planner_pool()``; who makes many runs in one process spares each the second that planners take
+            to start. They are left running; those that the run would start itself are ended with it.
 
     Raises:
         UnknownStrategyError: if no strategy has that name.
