@@ -311,7 +311,9 @@ class Executive:
         asked, data.running, data.cancelling = data.cancelling, None, False
         data.plan.remove(step)
         data.tally = data.tally.plus(cancelled=1)
-        return [] if asked else self._mind.revise({})  # somebody else stopped it: the plan lacks a step now
+        if asked and self._mind.sound(data.promised):
+            return []
+        return self._mind.revise({})  # stopped by somebody else, or needed again since it was to stop
 
     def _observed(self, event: Observed) -> list[Command]:
         news = self._mind.learn(event.flips)

@@ -167,6 +167,17 @@ def test_running_action_that_cannot_end_well_is_stopped_and_the_plan_goes_on_wit
     assert robot.rest == ["move(l3, l2)", "grasp(o1, l2)"]
 
 
+def test_what_was_left_out_for_an_action_that_is_stopped_after_all_is_made_good() -> None:
+    """Before it has stopped all is well again, so nothing needs a second grasp; but then the first one does not end."""
+    robot = Script(*FETCH, move("l2", "l1"), goals=("(holding o1)", "(at l1)"))
+    robot.tell(ActionFinished(1, 1))
+    assert isinstance(robot.see("(at l3)", "(in o2 l1)", false=["(at l2)", "(in o2 l3)"])[0], CancelAction)
+    robot.see("(at l2)", "(in o2 l3)", false=["(at l3)", "(in o2 l1)"])
+    assert robot.rest == ["grasp(o1, l2)", "move(l2, l1)"]
+    assert kinds(robot.tell(ActionCancelled(2, 2))) == ["PlanMended", "StartAction"]
+    assert robot.rest == ["grasp(o1, l2)", "move(l2, l1)"]
+
+
 @pytest.mark.parametrize(("cause", "again"), [(None, True), (Cause("r2", "take", 7), False)])
 def test_what_slipped_from_the_hand_is_taken_up_again(cause: Cause | None, again: bool) -> None:
     """Going back is right where nobody is to blame; what another robot has taken is not simply taken back."""
