@@ -89,7 +89,7 @@ class Crowds:
 
     def _free(self, robot: Robot, under: Under, velocity: tuple[float, float]) -> tuple[float, float]:
         """What the robot is to strive for, of what the others leave it."""
-        free = velocity if under.direct else along_walls(self._site, robot.spec, velocity)
-        if under.direct or robot.leaving:
-            return free
-        return indoors(self._site, robot.id, free)  # nobody is to be crowded out of a room in the middle of work
+        if under.direct:
+            return velocity
+        free = along_walls(self._site, robot.spec, velocity)
+        return indoors(self._site, robot.id, free, robot.out)  # nobody is to be crowded out of a room by another door

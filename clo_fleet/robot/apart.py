@@ -91,8 +91,8 @@ def _limit(
 
 def _meet(way: Point, velocity: Point, size: float) -> bool:
     """Whether what is at the end of ``way``, at which one drives with ``velocity``, is soon nearer than ``size``."""
-    closing = way[0] * velocity[0] + way[1] * velocity[1]
-    if closing <= 0.0:
+    closing, squared = way[0] * velocity[0] + way[1] * velocity[1], velocity[0] ** 2 + velocity[1] ** 2
+    if closing <= 0.0 or squared == 0.0:  # squares of what is as good as zero are zero
         return False
-    time = min(AHEAD, closing / (velocity[0] ** 2 + velocity[1] ** 2))
+    time = min(AHEAD, closing / squared)
     return math.hypot(way[0] - velocity[0] * time, way[1] - velocity[1] * time) < size

@@ -66,8 +66,8 @@ class Approach:
     def wait(
         self, body: Body, room: RoomId, door: Door, place: int, why: Wait, rest: Turn | Grant | None = None
     ) -> Progress:
-        """Stand beside the door; who is not next may stand anywhere else, but not in the way. ``rest``: until when."""
-        if place > 1 and not in_the_way(body.site, body.id, door, room):
+        """Stand beside the door; who is not next may stand anywhere off all doors. ``rest``: until when."""
+        if place > 1 and not any(in_the_way(body.site, body.id, d, room) for d in body.site.premises.doors_of(room)):
             return standing(why, rest=rest)
         if self.spot is None or body.time - self.spot[0] >= LOOK:
             self.spot = (body.time, waiting_point(body.site, body.spec, door, room))

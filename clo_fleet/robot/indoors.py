@@ -1,13 +1,14 @@
-"""Who works in a room stays in it: out of the doorways, where others wait to be let in.
+"""Who works in a room stays in it, and who leaves it leaves by its own door: out of all other doorways.
 
-Avoidance knows bodies and nothing of doors: in a crowd it would send a robot that is in the middle of its work out of
-the room by a doorway, and into a vehicle that holds there. Then the robot would be in another place than its plan says.
+Avoidance knows bodies and nothing of doors: in a crowd it would send a robot that is in the middle of its work, or
+waits for another door, out of the room by a doorway, and into a vehicle that holds there. Then the robot would be in
+another place than its plan says.
 """
 
 from clo_fleet.robot.avoidance import Agent
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import beyond, in_front, outward
-from clo_fleet.world.model import Point, RobotId, RoomId
+from clo_fleet.world.model import DoorId, Point, RobotId, RoomId
 
 __all__ = ["at_doors", "indoors"]
 
@@ -30,14 +31,16 @@ def at_doors(site: Site) -> list[Agent]:
     ]
 
 
-def indoors(site: Site, robot: RobotId, velocity: Point) -> Point:
-    """The velocity without what would carry the robot out of its room by a door that it does not mean to pass."""
+def indoors(site: Site, robot: RobotId, velocity: Point, own: DoorId | None = None) -> Point:
+    """The velocity without what would carry the robot out of its room; by its ``own`` door it means to leave."""
     place = site.place(robot)
     if not site.premises.is_room(place):
         return velocity
     (x, y), (vx, vy) = site.pose(robot).point, velocity
     room = RoomId(place)
     for door in site.premises.doors_of(room):
+        if door.id == own:
+            continue
         ahead = (x + vx * AHEAD, y + vy * AHEAD)
         if in_front(door, room, ahead, 0.0) and beyond(door, room, ahead):
             nx, ny = outward(door, room)

@@ -18,7 +18,7 @@ from clo_fleet.robot.skills import saved_skill, skill_of
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
 from clo_fleet.world.chance import varied
-from clo_fleet.world.model import Point, RobotId, RobotSpec, SkillSettings
+from clo_fleet.world.model import DoorId, Point, RobotId, RobotSpec, SkillSettings
 from clo_fleet.world.vocabulary import Vocabulary
 
 __all__ = ["MISHAP", "Meters", "Robot"]
@@ -125,9 +125,9 @@ class Robot:
         return self._skill is not None
 
     @property
-    def leaving(self) -> bool:
-        """Whether it is on its way to another room."""
-        return isinstance(self._skill, Drive)
+    def out(self) -> DoorId | None:
+        """The door by which it is about to leave its room."""
+        return self._skill.way.out if isinstance(self._skill, Drive) else None
 
     def measure_distance(self, site: Site) -> None:
         """Count the way since the last tick."""

@@ -29,6 +29,12 @@ def test_who_drives_alone_or_past_another_is_left_alone() -> None:
     assert keep_apart(agents, wanted, TICK) == wanted
 
 
+def test_a_velocity_that_is_as_good_as_zero_is_none() -> None:
+    """Whose square is zero in floating point: bodies that come to rest have such."""
+    agents = [agent("a", (0.0, 0.0), (1e-170, 0.0)), agent("b", (1.0, 0.0))]
+    assert keep_apart(agents, [(1e-170, 0.0), (0.0, 0.0)], TICK) == [(1e-170, 0.0), (0.0, 0.0)]
+
+
 def test_two_head_on_in_different_rooms_share_the_gap() -> None:
     """Both slow down alike; only what leads to the other is taken from them."""
     agents = [agent("a", (0.0, 0.0), (0.8, 0.3), "hall"), agent("b", (1.0, 0.0), (-0.8, 0.3), "lobby")]

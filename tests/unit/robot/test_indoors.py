@@ -6,7 +6,7 @@ from clo_fleet.robot.avoidance import Avoidance
 from clo_fleet.robot.indoors import at_doors, indoors
 from clo_fleet.testing import FleetWorld, RunFleet
 from clo_fleet.world.disturbances import RobotSlowed
-from clo_fleet.world.model import RobotId
+from clo_fleet.world.model import RobotId, RoomId
 
 R1, R2 = RobotId("r1"), RobotId("r2")
 
@@ -20,6 +20,8 @@ def test_near_a_door_nobody_is_carried_out_by_it(fleet_world: FleetWorld, run_fl
     assert indoors(site, R1, (-1.0, 0.2)) == (-1.0, 0.2)
     assert indoors(site, R1, (0.3, 0.0)) == (0.3, 0.0)  # it stops in time
     assert indoors(site, R2, (1.0, 0.0)) == (1.0, 0.0)
+    (door,) = site.premises.doors_of(RoomId("a"))
+    assert indoors(site, R1, (1.0, 0.2), door.id) == (1.0, 0.2)  # by this one it leaves
 
 
 def test_who_waits_to_be_let_in_is_avoided(fleet_world: FleetWorld, run_fleet: RunFleet) -> None:
