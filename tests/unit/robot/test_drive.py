@@ -11,10 +11,12 @@ import pytest
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.robot.approach import Approach
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive, Phase
 from clo_fleet.robot.skill import Body, Cancelled, Done, OfferStatus, Under
+from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.sim.network import build_network
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
@@ -252,3 +254,24 @@ def test_a_drive_survives_json_in_every_tick() -> None:
             errands[:] = [Drive.from_state(json.loads(json.dumps(drive.state()))) for drive in errands]
     assert not any(run.errands.values())
     assert phases == {Phase.APPROACH, Phase.QUEUE, Phase.PASS_IN}
+
+
+@pytest.mark.parametrize(("at", "moves"), [((3.0, 4.4), True), ((5.4, 2.5), True), ((1.5, 2.0), False)])
+def test_a_robot_far_back_in_a_queue_stands_where_it_is_unless_that_is_in_the_way_at_any_door(
+    at: Point, moves: bool
+) -> None:
+    """Else others would push it out through a door that it has no business at."""
+    north = RoomId("north")
+    building = next_door(1.2)
+    other = Door(id=DoorId("n"), rooms=(WEST, north), position=(3, 5), heading=math.pi / 2, width=1.2)
+    building = replace(
+        building,
+        rooms=(*building.rooms, Room(north, ((0, 5), (6, 5), (6, 10), (0, 10)))),
+        doors=(*building.doors, other),
+    )
+    spec = robot("r1", WEST, at)
+    run = traffic(building, [spec])
+    waits = Wait(WaitCause.DOOR, "d", (RobotId("r2"),))
+    under = Approach().wait(run.body(spec), WEST, building.doors[0], 2, waits)
+    assert isinstance(under, Under)
+    assert (math.hypot(*under.velocity) > 0.0) is moves
