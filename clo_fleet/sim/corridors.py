@@ -54,6 +54,7 @@ class Corridors:
         self._saved: Path | None = None
         self._sumo = Sumo(seed=seed, tick=tick)
         self._vehicles: dict[RobotId, Vehicle] = {}
+        self._asking: set[RobotId] = set()  # those of them that have not been let in yet
         self._entered: tuple[RobotId, ...] = ()
         self._stopped: tuple[RobotId, ...] = ()
         self._ticks = 0  # since they were opened
@@ -87,6 +88,7 @@ class Corridors:
         self._sumo.close()
         self._saved = None
         self._vehicles.clear()
+        self._asking.clear()
         self._clear.clear()
         self._entered = ()
 
@@ -95,7 +97,7 @@ class Corridors:
         first = route.edges[0]
         if not self._sumo.entry_free(first):
             return False
-        return all(v.phase is not Phase.ASKED or v.route.edges[0] != first for v in self._vehicles.values())
+        return all(self._vehicles[robot].route.edges[0] != first for robot in self._asking)
 
     def entry_pose(self, route: Route) -> Pose:
         """Where a robot is when it has just entered on this route."""
@@ -121,11 +123,13 @@ class Corridors:
         check_speed(max_speed)
         self._sumo.add(robot, route.edges, max_speed)
         self._vehicles[robot] = Vehicle(route, max_speed)
+        self._asking.add(robot)
 
     def step(self) -> None:
         """Let one tick of traffic happen."""
         entered, stopped = self._sumo.step()
         self._entered, self._stopped = tuple(entered), tuple(stopped)
+        self._asking.difference_update(entered)
         for robot in entered:
             self._vehicles[robot].phase = Phase.DRIVING
         for robot in stopped:
@@ -183,6 +187,7 @@ class Corridors:
         pose = self.entry_pose(vehicle.route) if vehicle.phase is Phase.ASKED else self._sumo.pose(robot)
         self._sumo.remove(robot)
         del self._vehicles[robot]
+        self._asking.discard(robot)
         self._clear.pop(robot, None)
         return pose
 
@@ -229,7 +234,7 @@ class Corridors:
         Who is on a lane with all of its length is looked at again when it can have come to the end of it.
         """
         moved: dict[RobotId, tuple[str, ...]] = {}
-        under_way = [robot for robot, vehicle in self._vehicles.items() if vehicle.phase is not Phase.ASKED]
+        under_way = self._vehicles.keys() - self._asking
         for robot in sorted(r for r in under_way if self._clear.get(r, NOWHERE)[1] <= self._ticks):
             vehicle, edges = self._vehicles[robot], self._vehicles[robot].route.edges
             held = vehicle.phase is not Phase.DRIVING
@@ -314,6 +319,7 @@ class Corridors:
         corridors._saved = saved
         corridors._entered = tuple(state["entered"])
         corridors._vehicles = {robot: Vehicle.from_state(v) for robot, v in state["vehicles"].items()}
+        corridors._asking = {robot for robot, v in corridors._vehicles.items() if v.phase is Phase.ASKED}
         corridors._closed = set(state["closed"])
         return corridors
 

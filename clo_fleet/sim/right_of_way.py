@@ -107,6 +107,7 @@ class RightOfWay:
         self._stale = True
         self._fresh: set[RobotId] = set()  # who has asked since the last decision
         self._explained: dict[RobotId, Hindrance] = {}  # since the last decision
+        self._needed: dict[tuple[str, ...], frozenset[str]] = {}  # by those who take these lanes
 
     # ---- asking --------------------------------------------------------------------------------------------
 
@@ -136,21 +137,22 @@ class RightOfWay:
         considered.update(self._book())
         granted: list[RobotId] = []
         before: list[tuple[_Wish, frozenset[str]]] = []  # those who go on waiting, with what they need
+        impatient: list[frozenset[str]] = []  # what those of them need whom nobody may overtake any more
         for robot, wish in list(self._waiting.items()):
             if not wish.booked or self._shut(wish.claim):
                 continue
             needs = self._needs(wish.claim)
-            if robot in considered:
-                overtaken = [other for other, theirs in before if not needs.isdisjoint(theirs)]
-                patient = all(other.overtaken < OVERTAKINGS for other in overtaken)
-                if patient and self._lanes.fit(wish.claim.lanes):
-                    for other in overtaken:
+            if robot in considered and all(map(needs.isdisjoint, impatient)) and self._lanes.fit(wish.claim.lanes):
+                for other, theirs in before:
+                    if not needs.isdisjoint(theirs):
                         other.overtaken += 1
-                    self._held[robot] = self._waiting[robot].claim
-                    self._lanes.set(robot, wish.claim.lanes)
-                    granted.append(robot)
-                    continue
+                        impatient += [theirs] if other.overtaken == OVERTAKINGS else []
+                self._held[robot] = self._waiting[robot].claim
+                self._lanes.set(robot, wish.claim.lanes)
+                granted.append(robot)
+                continue
             before.append((wish, needs))
+            impatient += [needs] if wish.overtaken >= OVERTAKINGS else []
         for robot in granted:
             del self._waiting[robot]
         return tuple(granted)
@@ -342,7 +344,10 @@ class RightOfWay:
 
     def _needs(self, claim: Claim) -> frozenset[str]:
         """What others must not take before one who is out of patience."""
-        return frozenset((*claim.lanes, *(f"chain {way.chain}" for way in self._lanes.ways(claim.lanes))))
+        if claim.lanes not in self._needed:
+            chains = (f"chain {way.chain}" for way in self._lanes.ways(claim.lanes))
+            self._needed[claim.lanes] = frozenset((*claim.lanes, *chains))
+        return self._needed[claim.lanes]
 
     def _before(self, robot: RobotId) -> Iterator[RobotId]:
         """Those who wait, have their places, and are before the robot."""
