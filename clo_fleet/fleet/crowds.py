@@ -53,7 +53,7 @@ class Crowds:
         for number, (_, under, _) in enumerate(crowd):
             steered[number] = under.velocity if under.direct else steered[number]
         beyond = [agent for other in self._beyond(room) for agent in self._agents(other)]
-        kept = keep_apart([*agents, *beyond], [*steered, *(agent.velocity for agent in beyond)], self._site.tick)
+        kept = keep_apart([*agents, *beyond], steered, self._site.tick)
         for (robot, under, _), velocity in zip(crowd, kept, strict=False):
             self._site.rooms.drive(robot, self._free(self._robots[robot], under, velocity))
 

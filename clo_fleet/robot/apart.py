@@ -23,11 +23,13 @@ ROUNDS = 4  # over a robot's neighbours, as giving way to one may lead to anothe
 def keep_apart(agents: Sequence[Agent], velocities: Sequence[Point], tick: float) -> list[Point]:
     """The velocities without what would bring two of the agents into touch [m/s], in the order given.
 
+    They are those of the first agents; the others, if there are more, are only looked at.
+
     Agents of all groups count: two in a doorway are in different rooms. Of those of another group it counts only how
     they move, not what they are to do: so each room can be steered without the others.
     """
     found = list(velocities)
-    for i, neighbours in enumerate(_neighbours(agents)):
+    for i, neighbours in enumerate(_neighbours(agents)[: len(found)]):
         if found[i] == (0.0, 0.0):
             continue
         limits = [limit for j in neighbours if (limit := _limit(agents, velocities, i, j, tick)) is not None]

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Self
 
-from clo_fleet.robot.doorway import inward, off_line, way_in
+from clo_fleet.robot.doorway import inward, way_in
 from clo_fleet.robot.skill import Under
-from clo_fleet.robot.steering import Steering
+from clo_fleet.robot.steering import Steering, off_line
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import in_front
 from clo_fleet.world.model import Point, RobotSpec, RoomId

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator
 from functools import lru_cache
 
+from clo_fleet.robot.steering import off_line
 from clo_fleet.sim.doors import is_wide
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.walls import in_front, inner_point, outward
@@ -23,7 +24,6 @@ __all__ = [
     "in_the_way",
     "inward",
     "lane",
-    "off_line",
     "throat",
     "waiting_point",
     "way_in",
@@ -143,11 +143,3 @@ def _inner(door: Door, room: RoomId, inside: float, right: float) -> Point:
     x, y = outward(door, room)
     middle = inner_point(door, room, inside)
     return (middle[0] + right * y, middle[1] - right * x)
-
-
-def off_line(point: Point, begin: Point, end: Point) -> float:
-    """How far a point is from the line between two others [m]."""
-    dx, dy = end[0] - begin[0], end[1] - begin[1]
-    share = ((point[0] - begin[0]) * dx + (point[1] - begin[1]) * dy) / (dx * dx + dy * dy)
-    share = min(1.0, max(0.0, share))
-    return math.dist(point, (begin[0] + share * dx, begin[1] + share * dy))

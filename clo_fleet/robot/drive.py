@@ -17,10 +17,10 @@ from enum import Enum
 from typing import Any, Self
 
 from clo_fleet.robot.approach import Approach
-from clo_fleet.robot.doorway import INSIDE, RIM, clear, depth, gate, off_line, throat
+from clo_fleet.robot.doorway import INSIDE, RIM, clear, depth, gate, throat
 from clo_fleet.robot.rest import Arrival, Grant, Turn
 from clo_fleet.robot.skill import Body, Cancelled, Done, Progress, Under, standing
-from clo_fleet.robot.steering import follow
+from clo_fleet.robot.steering import follow, off_line
 from clo_fleet.robot.wait import Wait, WaitCause, hindered
 from clo_fleet.robot.wayfinding import Wayfinding
 from clo_fleet.sim.doors import Way, is_wide
@@ -169,9 +169,10 @@ class Drive:
             onward = None if obstacle else self._onward(body, door)
             return self.approach.steer(body, self.start, target, obstacle, onward=onward)
         site.doors.request(door.id, way, body.id, urgent=True)
-        self.line = [target, *self._line_out(body, door)]
+        self.line = [target, self._onward(body, door)]
         if self.way.out == self.way.into:
             return self._come_in(body)
+        self.line.append(site.corridors.entry_pose(self.way.route).point)
         self.phase = Phase.PASS_OUT
         return self._pass_out(body)
 
@@ -317,12 +318,6 @@ class Drive:
         """Whether there is room to come in; who has held for long nudges others aside."""
         self.held_since = body.time if self.held_since < 0.0 else self.held_since
         return clear(body.site, body.id, door, self.goal, nudge=body.time - self.held_since > NUDGE_AFTER)
-
-    def _line_out(self, body: Body, door: Door) -> list[Point]:
-        """From the gate on: to where the vehicle will be, or to the inside of the other room."""
-        if self.way.out == self.way.into:
-            return [self._onward(body, door)]
-        return [self._onward(body, door), body.site.corridors.entry_pose(self.way.route).point]
 
     def _onward(self, body: Body, door: Door) -> Point:
         """Where it goes from the gate."""

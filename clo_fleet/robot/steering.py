@@ -14,7 +14,7 @@ from clo_fleet.sim.paths import Disc
 from clo_fleet.sim.site import Site
 from clo_fleet.world.model import Point, RobotId, RobotSpec, RoomId
 
-__all__ = ["Steering", "along_walls", "braking", "follow"]
+__all__ = ["Steering", "along_walls", "braking", "follow", "off_line"]
 
 RENEW = 1.0  # [s] a path is looked for anew this often, as others move
 LOOK_AHEAD = 0.35  # [m] along the line, about a robot's radius: it then cuts corners by less than its margins
@@ -51,7 +51,7 @@ def follow(
         ahead: how far ahead to aim [m].
     """
     here, now = site.pose(spec.id).point, site.rooms.velocity(spec.id) or (0.0, 0.0)
-    while len(line) > 2 and _off(here, line[1], line[2]) <= _off(here, line[0], line[1]):
+    while len(line) > 2 and off_line(here, line[1], line[2]) <= off_line(here, line[0], line[1]):
         line.pop(0)
     aim, left = _ahead(here, line, ahead)
     dx, dy = aim[0] - here[0], aim[1] - here[1]
@@ -235,10 +235,10 @@ def _corner_speed(here: Point, line: Sequence[Point], top: float, acceleration: 
     return speed
 
 
-def _off(here: Point, begin: Point, end: Point) -> float:
-    """How far ``here`` is from the line between two points [m]."""
-    share = _share(here, begin, end)
-    return math.dist(here, (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1])))
+def off_line(point: Point, begin: Point, end: Point) -> float:
+    """How far a point is from the line between two others [m]."""
+    share = _share(point, begin, end)
+    return math.dist(point, (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1])))
 
 
 def _share(here: Point, begin: Point, end: Point) -> float:

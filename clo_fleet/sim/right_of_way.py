@@ -146,13 +146,15 @@ class RightOfWay:
                 for other, theirs in before:
                     if not needs.isdisjoint(theirs):
                         other.overtaken += 1
-                        impatient += [theirs] if other.overtaken == OVERTAKINGS else []
+                        if other.overtaken == OVERTAKINGS:
+                            impatient.append(theirs)
                 self._held[robot] = self._waiting[robot].claim
                 self._lanes.set(robot, wish.claim.lanes)
                 granted.append(robot)
                 continue
             before.append((wish, needs))
-            impatient += [needs] if wish.overtaken >= OVERTAKINGS else []
+            if wish.overtaken >= OVERTAKINGS:
+                impatient.append(needs)
         for robot in granted:
             del self._waiting[robot]
         return tuple(granted)
