@@ -104,14 +104,20 @@ def read_batch(path: Path) -> Batch:
     until: dict[str, Value] = {} if sections.until_s is None else {"until_s": sections.until_s}
     faults: list[Fault] = []
     runs: dict[str, Definition] = {}
-    for world in [(path.parent / name).resolve() for name in sections.worlds]:
+    named: dict[str, Path] = {}
+    for index, world in enumerate((path.parent / name).resolve() for name in sections.worlds):
         for values in product(*sections.sweep.values()):
             swept = dict(zip(sections.sweep, values, strict=True))
             try:
-                digest = world_digest(read_world(world, until | swept))
+                read = read_world(world, until | swept)
             except FileFaultsError as error:
                 faults += [*_swept_faults(parsed, swept), *error.faults]
                 continue
+            if named.setdefault(read.name, world) != world:
+                expected = f"a world with another name than {read.name!r}, which {named[read.name].name} has"
+                faults.append(parsed.file.fault(Finding(("worlds", index), expected)))
+                break
+            digest = world_digest(read)
             for strategy, seed in product(sections.strategies, seeds):
                 run = Definition.of(world, digest, strategy, seed, until | swept)
                 runs.setdefault(run.id, run)

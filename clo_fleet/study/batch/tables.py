@@ -109,9 +109,11 @@ def _write_results(
     finally:
         lines.unlink()
     for key in map(_column, swept):  # numbers as numbers, where all values are
-        counts = database.execute(f"select count({key}) = count(try_cast({key} as double)) from found").fetchone()
-        if counts == (True,):
-            database.execute(f"alter table found alter {key} type double")
+        whole = f"try_cast({key} as bigint)::varchar = {key}"
+        for kind, fits in (("bigint", whole), ("double", f"try_cast({key} as double) is not null")):
+            if database.execute(f"select bool_and({fits}) from found where {key} is not null").fetchone() == (True,):
+                database.execute(f"alter table found alter {key} type {kind}")
+                break
     _copy(database, "select * from found", tables / "results.parquet")
 
 

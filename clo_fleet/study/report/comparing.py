@@ -7,16 +7,28 @@ pairs in which both runs reached their goals are compared, and how many those ar
 
 import json
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
 
 from clo_fleet.study.batch.row import Row
 
-__all__ = ["METRICS", "Difference", "Failure", "Helps", "Setting", "differences", "failures", "helps", "setting_of"]
+__all__ = [
+    "METRICS",
+    "OVERALL",
+    "REACHED",
+    "Difference",
+    "Outcomes",
+    "Place",
+    "Setting",
+    "by_strategy",
+    "differences",
+    "interval",
+    "outcomes",
+    "setting_of",
+]
 
 METRICS: Mapping[str, str] = MappingProxyType(
     {
@@ -46,6 +58,9 @@ class Setting:
         return f"{self.world}, {self.swept}" if self.swept else self.world
 
 
+OVERALL = Setting("all settings", "")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difference:
     """A strategy against the baseline in one figure.
@@ -69,36 +84,32 @@ class Difference:
     high: float
 
     @property
-    def clear(self) -> bool:
-        """Whether the interval leaves out zero."""
-        return self.seeds > 1 and not self.low <= 0.0 <= self.high
+    def worth_showing(self) -> bool:
+        """Whether the figure is not zero in all of the runs."""
+        return bool(self.mean or self.baseline_mean)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Failure:
-    """Runs that ended in the same way without their goals; ``why`` and ``example`` (an id) of the first of them."""
+class Outcomes:
+    """How many runs of a strategy reached their goals, and how many of the pairs with the baseline's runs.
 
-    setting: Setting
+    Attributes:
+        runs: of the strategy; ``reached`` of them reached their goals.
+        both, alone, baseline_alone, neither: of the pairs, those in which both, only the strategy, only the baseline,
+            or neither of them did.
+    """
+
     strategy: str
-    ending: str
     runs: int
-    of: int
-    why: str
-    example: str
+    reached: int
+    both: int
+    alone: int
+    baseline_alone: int
+    neither: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Helps:
-    """How often one robot's actions made steps of another's plan needless, and how many steps."""
-
-    world: str
-    strategy: str
-    by: str
-    robot: str
-    kind: str
-    times: int
-    steps: int
-    runs: int
+Place = tuple[Setting, int]
+"""A setting and a seed: what the runs of a pair have in common."""
 
 
 def setting_of(row: Row, swept: Sequence[str]) -> Setting:
@@ -108,94 +119,82 @@ def setting_of(row: Row, swept: Sequence[str]) -> Setting:
 
 
 def differences(rows: Iterable[Row], swept: Sequence[str], baseline: str) -> tuple[Difference, ...]:
-    """Every other strategy against the baseline, in every setting and figure."""
-    found: dict[Setting, dict[str, dict[int, Row]]] = defaultdict(lambda: defaultdict(dict))
-    for row in rows:
-        found[setting_of(row, swept)][row.strategy][row.seed] = row
-    compared = []
-    for setting, by_strategy in sorted(found.items()):
-        base = by_strategy.get(baseline, {})
-        for strategy, runs in sorted(by_strategy.items()):
-            seeds = sorted(base.keys() & runs.keys()) if strategy != baseline else []
-            pairs = [(base[seed], runs[seed]) for seed in seeds]
-            both = [(one, other) for one, other in pairs if one.outcome == other.outcome == REACHED]
-            for metric in METRICS if both else ():
-                values = np.array([[getattr(row, metric) for row in pair] for pair in both], dtype=np.float64)
-                change = values[:, 1] - values[:, 0]
-                low, high = _interval(change)
-                compared.append(
-                    Difference(
-                        setting=setting,
-                        metric=metric,
-                        baseline=baseline,
-                        strategy=strategy,
-                        seeds=len(both),
-                        of=len(pairs),
-                        baseline_mean=float(values[:, 0].mean()),
-                        mean=float(values[:, 1].mean()),
-                        difference=float(change.mean()),
-                        low=low,
-                        high=high,
-                    )
-                )
-    return tuple(compared)
+    """Every other strategy against the baseline, in every figure: in every setting, then over all if there are several.
+
+    The seeds of several settings are resampled together.
+    """
+    runs = by_strategy(rows, swept)
+    settings = sorted({setting for places in runs.values() for setting, _ in places})
+    found: list[Difference] = []
+    for setting in (*settings, *[OVERALL] * (len(settings) > 1)):
+        for strategy in sorted(runs.keys() - {baseline}):
+            pairs = [pair for (place, _), pair in _pairs(runs, strategy, baseline) if setting in (place, OVERALL)]
+            found += _compared(pairs, setting, strategy, baseline)
+    return tuple(found)
 
 
-def failures(rows: Iterable[Row], swept: Sequence[str]) -> tuple[Failure, ...]:
-    """The runs without their goals, the most frequent kind first."""
-    kinds: dict[tuple[Setting, str, str], list[Row]] = defaultdict(list)
-    all_: Counter[tuple[Setting, str]] = Counter()
-    for row in rows:
-        setting = setting_of(row, swept)
-        all_[setting, row.strategy] += 1
-        if row.outcome != REACHED:
-            kinds[setting, row.strategy, row.ending if row.lost else row.outcome].append(row)
-    found = [
-        Failure(
-            setting=setting,
-            strategy=strategy,
-            ending=ending,
-            runs=len(lost),
-            of=all_[setting, strategy],
-            why=lost[0].why,
-            example=lost[0].run_id,
+def outcomes(rows: Iterable[Row], swept: Sequence[str], baseline: str) -> tuple[Outcomes, ...]:
+    """Who reached the goals, the baseline first."""
+    runs = by_strategy(rows, swept)
+    found = []
+    for strategy in sorted(runs, key=lambda name: (name != baseline, name)):
+        ends = Counter(
+            (one.outcome == REACHED, other.outcome == REACHED) for _, (other, one) in _pairs(runs, strategy, baseline)
         )
-        for (setting, strategy, ending), lost in kinds.items()
-    ]
-    return tuple(sorted(found, key=lambda failure: (-failure.runs, failure.setting, failure.strategy, failure.ending)))
-
-
-def helps(rows: Iterable[Row], runs: Path) -> tuple[Helps, ...]:
-    """Who helped whom, summed over the runs of each world and strategy, from their ``result.json``."""
-    times: Counter[tuple[str, ...]] = Counter()
-    steps: Counter[tuple[str, ...]] = Counter()
-    count: Counter[tuple[str, str]] = Counter()
-    for row in rows:
-        count[row.world, row.strategy] += 1
-        if not row.helps:
-            continue
-        result = json.loads((runs / row.run_id / "result.json").read_text(encoding="utf-8"))
-        for given in result["helps"]:
-            key = (row.world, row.strategy, given["by"], given["robot"], given["kind"])
-            times[key] += 1
-            steps[key] += len(given["dropped"])
-    return tuple(
-        Helps(
-            world=key[0],
-            strategy=key[1],
-            by=key[2],
-            robot=key[3],
-            kind=key[4],
-            times=number,
-            steps=steps[key],
-            runs=count[key[0], key[1]],
+        found.append(
+            Outcomes(
+                strategy=strategy,
+                runs=len(runs[strategy]),
+                reached=sum(row.outcome == REACHED for row in runs[strategy].values()),
+                both=ends[True, True],
+                alone=ends[True, False],
+                baseline_alone=ends[False, True],
+                neither=ends[False, False],
+            )
         )
-        for key, number in sorted(times.items())
-    )
+    return tuple(found)
 
 
-def _interval(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> tuple[float, float]:
-    """Of the mean; the value itself where there is only one."""
+def by_strategy(rows: Iterable[Row], swept: Sequence[str]) -> Mapping[str, Mapping[Place, Row]]:
+    """The runs of each strategy, by setting and seed."""
+    found: dict[str, dict[Place, Row]] = defaultdict(dict)
+    for row in rows:
+        found[row.strategy][setting_of(row, swept), row.seed] = row
+    return found
+
+
+def interval(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> tuple[float, float]:
+    """Of the mean, by resampling; the value itself where there is only one."""
     picks = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
     low, high = np.percentile(values[picks].mean(axis=1), (LOW, HIGH))
     return float(low), float(high)
+
+
+def _pairs(
+    runs: Mapping[str, Mapping[Place, Row]], strategy: str, baseline: str
+) -> Iterator[tuple[Place, tuple[Row, Row]]]:
+    """The baseline's run and the strategy's, for every place where there are both."""
+    own, base = runs[strategy], runs.get(baseline, {})
+    for place in sorted(own.keys() & base.keys()):
+        yield place, (base[place], own[place])
+
+
+def _compared(pairs: Sequence[tuple[Row, Row]], setting: Setting, strategy: str, baseline: str) -> Iterator[Difference]:
+    both = [pair for pair in pairs if all(row.outcome == REACHED for row in pair)]
+    for metric in METRICS if both else ():
+        values = np.array([[getattr(row, metric) for row in pair] for pair in both], dtype=np.float64)
+        change = values[:, 1] - values[:, 0]
+        low, high = interval(change)
+        yield Difference(
+            setting=setting,
+            metric=metric,
+            baseline=baseline,
+            strategy=strategy,
+            seeds=len(both),
+            of=len(pairs),
+            baseline_mean=float(values[:, 0].mean()),
+            mean=float(values[:, 1].mean()),
+            difference=float(change.mean()),
+            low=low,
+            high=high,
+        )

@@ -1,12 +1,12 @@
 """A report's figures as SVG, fit for a paper: text as text, colours that everybody can tell apart, no dates."""
 
 import io
-from collections import defaultdict
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from clo_fleet.study.batch.row import Row
-from clo_fleet.study.report.comparing import METRICS, REACHED, Difference, Helps
+from clo_fleet.study.report.comparing import METRICS, OVERALL, Difference, Setting
+from clo_fleet.study.report.counting import Helps
+from clo_fleet.study.report.growing import FIGURES, SHARE, Growth
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,15 +16,19 @@ __all__ = ["difference_figure", "growth_figure", "help_figure"]
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#e69f00", "#4b4b9b")  # Okabe and Ito
 MARKERS = "osD^vPX*"
 COLUMNS = 3
+WIDE = 10  # the largest fleet is so many times the smallest: its axis is logarithmic
 
 
 def difference_figure(found: Sequence[Difference], metric: str) -> str | None:
-    """Each strategy's mean paired difference to the baseline with its interval, a line a setting; ``None`` without."""
+    """Each strategy's mean paired difference to the baseline with its interval, a line a setting.
+
+    ``None`` if there are none, or the figure is zero in all runs.
+    """
     chosen = [one for one in found if one.metric == metric]
-    if not chosen:
+    if not any(one.worth_showing for one in chosen):
         return None
     strategies = sorted({one.strategy for one in chosen})
-    settings = sorted({one.setting for one in chosen})
+    settings = sorted({one.setting for one in chosen}, key=lambda setting: (setting == OVERALL, setting))
     figure = _figure(6.5, 1.1 + 0.28 * len(chosen))
     axes = figure.subplots()
     named: set[str] = set()
@@ -43,42 +47,46 @@ def difference_figure(found: Sequence[Difference], metric: str) -> str | None:
         named.add(one.strategy)
     axes.axvline(0.0, color="#888888", linewidth=1)
     axes.set_yticks([-index for index in range(len(settings))], [str(setting) for setting in settings])
-    axes.set_xlabel(f"{METRICS[metric]}, less {chosen[0].baseline}")
-    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    axes.locator_params(axis="x", nbins=6)
+    whose = f" of {strategies[0]}" if len(strategies) == 1 else ""
+    axes.set_xlabel(f"{METRICS[metric]}: difference{whose} to {chosen[0].baseline}")
+    if len(strategies) > 1:
+        figure.legend(frameon=False, loc="outside right upper")
     return _svg(figure)
 
 
-def growth_figure(rows: Sequence[Row]) -> str | None:
-    """How each figure grows with the fleet: the mean of each strategy against the number of robots.
+def growth_figure(found: Sequence[Growth], setting: Setting) -> str:
+    """How each figure grows with the fleet in a setting: each strategy's mean with its interval for every size.
 
-    ``None`` if all fleets are of one size. Runs without their goals are left out.
+    Figures that are zero in all runs are left out, but not the share of runs that reached their goals.
     """
-    reached = [row for row in rows if row.outcome == REACHED]
-    if len({row.robots for row in reached}) < 2:
-        return None
-    lines = -(-len(METRICS) // COLUMNS)
-    figure = _figure(9.0, 2.4 * lines)
-    grid = figure.subplots(lines, COLUMNS, sharex=True, squeeze=False)
-    strategies = sorted({row.strategy for row in reached})
-    for index, (metric, name) in enumerate(METRICS.items()):
-        axes = grid[index // COLUMNS][index % COLUMNS]
+    chosen = [one for one in found if one.setting == setting]
+    drawn = [name for name in FIGURES if name == SHARE or any(one.mean for one in chosen if one.figure == name)]
+    strategies, sizes = sorted({one.strategy for one in chosen}), sorted({one.robots for one in chosen})
+    lines = -(-len(drawn) // COLUMNS)
+    figure = _figure(9.0, 2.2 * lines + 0.4)
+    grid = figure.subplots(lines, COLUMNS, squeeze=False)
+    for axes, name in zip(grid.flat, drawn, strict=False):
         for number, strategy in enumerate(strategies):
-            by_size: dict[int, list[float]] = defaultdict(list)
-            for row in reached:
-                if row.strategy == strategy:
-                    by_size[row.robots].append(getattr(row, metric))
-            sizes = sorted(by_size)
-            means = [sum(by_size[size]) / len(by_size[size]) for size in sizes]
+            points = sorted(
+                (one.robots, one.mean, one.mean - one.low, one.high - one.mean)
+                for one in chosen
+                if (one.figure, one.strategy) == (name, strategy)
+            )
+            robots, means, *below_above = zip(*points, strict=True) if points else ((), (), (), ())
             style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
-            axes.plot(sizes, means, label=strategy, markersize=4, **style)
-        axes.set_title(name)
-        axes.set_ylim(bottom=0.0)
-        axes.grid(visible=True, alpha=0.3)
-    for axes in grid.flat[len(METRICS) :]:
-        axes.set_axis_off()
-    for axes in grid[-1]:
+            axes.errorbar(robots, means, yerr=below_above, label=strategy, markersize=4, capsize=2, **style)
+        if sizes[-1] >= WIDE * sizes[0]:
+            axes.set_xscale("log")
+        axes.set_xticks(sizes, [str(size) for size in sizes])
+        axes.minorticks_off()
         axes.set_xlabel("robots")
-    grid[0][-1].legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        axes.set_title(FIGURES[name])
+        axes.set_ylim(0.0, 1.08 * max(one.high for one in chosen if one.figure == name) or 1.0)
+        axes.grid(visible=True, alpha=0.3)
+    for axes in grid.flat[len(drawn) :]:
+        axes.set_axis_off()
+    figure.legend(strategies, frameon=False, loc="outside lower center", ncols=len(strategies))
     return _svg(figure)
 
 
@@ -97,9 +105,11 @@ def help_figure(found: Sequence[Helps]) -> str | None:
     ordered.add_edges_from(graph.edges(data=True))
     places = {robot: (float(x), float(y)) for robot, (x, y) in nx.circular_layout(ordered).items()}
     edges: list[tuple[str, str, float]] = list(ordered.edges(data="weight"))
-    figure = _figure(5.0, 4.2)
+    side = max(4.2, 0.16 * len(ordered))
+    figure = _figure(side, side)
     axes = figure.subplots()
     axes.set_axis_off()
+    axes.set_aspect("equal")
     most = max(weight for _, _, weight in edges)
     for by, robot, weight in edges:
         axes.annotate(
@@ -118,12 +128,13 @@ def help_figure(found: Sequence[Helps]) -> str | None:
         (x0, y0), (x1, y1) = places[by], places[robot]
         dx, dy = x1 - x0, y1 - y0
         axes.text(
-            x0 + 0.42 * dx + 0.09 * dy,
-            y0 + 0.42 * dy - 0.09 * dx,
+            x0 + 0.42 * dx + 0.073 * dy,
+            y0 + 0.42 * dy - 0.073 * dx,
             f"{weight:.2g}",
             fontsize=8,
             ha="center",
             va="center",
+            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none"},
         )
     for robot, (x, y) in places.items():
         axes.text(x, y, robot, ha="center", va="center", bbox={"boxstyle": "circle", "fc": "white", "ec": "#444444"})

@@ -6,7 +6,7 @@ In the batch's folder: ``report.html``, and in ``report/`` the tables as CSV and
 import csv
 import html
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -14,10 +14,19 @@ from pathlib import Path
 from clo_fleet.errors import CloFleetError
 from clo_fleet.study.batch.row import Row
 from clo_fleet.study.batch.running import read_swept, rows
-from clo_fleet.study.report.comparing import METRICS, REACHED, differences, failures, helps
+from clo_fleet.study.report.comparing import METRICS, OVERALL, REACHED, Difference, Outcomes, differences, outcomes
+from clo_fleet.study.report.counting import failures, helps
 from clo_fleet.study.report.figures import difference_figure, growth_figure, help_figure
+from clo_fleet.study.report.growing import FIGURES, growth
 
 __all__ = ["NothingToReportError", "UnknownBaselineError", "report"]
+
+
+FIGURE_KINDS = ("difference", "growth", "helps")  # what their names begin with
+GROWTH = (
+    "Means with 95 % bootstrap intervals over the runs in which all strategies reached their goals with so many robots;"
+    " the share that did is of all runs."
+)
 
 
 class NothingToReportError(CloFleetError):
@@ -72,8 +81,8 @@ def report(folder: Path, baseline: str = "") -> Path:
     if baseline and baseline not in strategies:
         raise UnknownBaselineError(baseline, strategies)
     baseline = baseline or ("clo" if "clo" in strategies else strategies[0])
-    compared = differences(found, swept, baseline)
-    lost, given = failures(found, swept), helps(found, folder / "runs")
+    compared, ends = differences(found, swept, baseline), outcomes(found, swept, baseline)
+    lost, given, grown = failures(found, swept), helps(found, folder / "runs"), growth(found, swept)
     failed = _Table(
         "failures",
         ("setting", "strategy", "ending", "runs", "of", "why", "example"),
@@ -90,52 +99,103 @@ def report(folder: Path, baseline: str = "") -> Path:
             for one in compared
         ),
     )
+    sizes = _Table(
+        "growth",
+        ("setting", "figure", "strategy", "robots", "runs", "of", "mean", "low", "high"),
+        tuple(
+            (
+                *(str(one.setting), FIGURES[one.figure], one.strategy, one.robots, one.runs, one.of),
+                *(one.mean, one.low, one.high),
+            )
+            for one in grown
+        ),
+    )
     helped = _Table(
         "helps",
         ("world", "strategy", "by", "robot", "kind", "times", "steps not needed", "runs"),
         tuple((one.world, one.strategy, one.by, one.robot, one.kind, one.times, one.steps, one.runs) for one in given),
     )
+    tables = {one.name: one for one in (_overview(ends, compared, baseline), failed, paired, sizes, helped)}
     figures = {f"difference_{metric}": difference_figure(compared, metric) for metric in METRICS}
-    figures["growth"] = growth_figure(found)
+    for setting in sorted({one.setting for one in grown}):
+        figures[f"growth_{setting}"] = growth_figure(grown, setting)
     for world in sorted({one.world for one in given}):
         figures[f"helps_{world}"] = help_figure(
             [one for one in given if one.world == world and one.strategy == baseline]
         )
     drawn = {name: figure for name, figure in figures.items() if figure is not None}
-    _write_files(folder / "report", (failed, paired, helped), drawn)
+    _write_files(folder / "report", tables.values(), drawn)
     page = folder / "report.html"
-    _write(page, _page(folder.name, found, baseline, (failed, paired, helped), drawn))
+    _write(page, _page(folder.name, found, baseline, tables, drawn))
     return page
 
 
+def _overview(ends: Sequence[Outcomes], compared: Sequence[Difference], baseline: str) -> _Table:
+    """A line for each strategy: its ends, and its differences to the baseline over all settings."""
+    widest = OVERALL if any(one.setting == OVERALL for one in compared) else None
+    figures = [metric for metric in METRICS if any(one.metric == metric and one.worth_showing for one in compared)]
+    differences = {
+        (
+            one.strategy,
+            one.metric,
+        ): f"{one.difference or 0:{'+' * bool(one.difference)}.3g} [{one.low:.3g}, {one.high:.3g}]"
+        for one in compared
+        if widest in (None, one.setting)
+    }
+    return _Table(
+        "overview",
+        (
+            "strategy",
+            "runs",
+            "goals reached",
+            "both",
+            "it alone",
+            f"{baseline} alone",
+            *map(METRICS.__getitem__, figures),
+        ),
+        tuple(
+            (
+                *(one.strategy, one.runs, one.reached),
+                *(("",) * 3 if one.strategy == baseline else (one.both, one.alone, one.baseline_alone)),
+                *(differences.get((one.strategy, metric), "") for metric in figures),
+            )
+            for one in ends
+        ),
+    )
+
+
 def _page(
-    name: str, found: Sequence[Row], baseline: str, tables: tuple[_Table, _Table, _Table], figures: dict[str, str]
+    name: str, found: Sequence[Row], baseline: str, tables: Mapping[str, _Table], figures: Mapping[str, str]
 ) -> str:
-    failed, paired, helped = tables
     reached = sum(row.outcome == REACHED for row in found)
-    summary = f"{reached} of {len(found)} runs reached their goals."
-    parts = [f"<h1>{html.escape(name)}</h1><p>{summary}</p>", "<h2>What failed</h2>"]
-    parts.append(_html(failed) if failed.rows else "<p>Nothing.</p>")
+    failed, paired, sizes, helped = (tables[key] for key in ("failures", "comparison", "growth", "helps"))
+    parts = [f"<h1>{html.escape(name)}</h1><p>{reached} of {len(found)} runs reached their goals.</p>"]
+    parts += ["<h2>What failed</h2>", _html(failed) if failed.rows else "<p>Nothing.</p>"]
     if failed.rows:
-        parts.append('<p class="faint">Look at one with <code>clo-fleet view DIR/runs/EXAMPLE</code>.</p>')
-    parts.append("<h2>Strategies on the same seeds</h2>")
+        parts.append(_faint("Look at one with <code>clo-fleet view DIR/runs/EXAMPLE</code>."))
+    parts += ["<h2>Strategies on the same seeds</h2>", _html(tables["overview"])]
     parts.append(
-        f'<p class="faint">Differences to {html.escape(baseline)}, run by run, with 95 % bootstrap intervals; only'
-        " seeds on which both reached their goals. An interval of one seed says nothing."
-        " Real times are this machine's.</p>"
+        _faint(
+            f"Of the pairs of runs in the same setting with the same seed: in how many both, the strategy alone, or"
+            f" {html.escape(baseline)} alone reached the goals; then, where both did, the mean difference to"
+            f" {html.escape(baseline)} with its 95 % bootstrap interval, over all settings. An interval of one seed"
+            " says nothing. Real times are this machine's."
+        )
     )
     parts.append('<div class="figures">')
     parts += [_figure(figure, "") for key, figure in figures.items() if key.startswith("difference_")]
     parts.append("</div>")
     for key, figure in figures.items():
-        if key == "growth":
-            parts.append("<h2>Growth with the fleet</h2>")
-            parts.append(_figure(figure, "Means of the runs that reached their goals, against the number of robots."))
-        elif key.startswith("helps_"):
-            parts.append(f"<h2>Who helped whom: {html.escape(key.removeprefix('helps_'))}</h2>")
+        kind, _, what = key.partition("_")
+        if kind == "growth":
+            parts.append(f"<h2>Growth with the fleet: {html.escape(what)}</h2>")
+            parts.append(_figure(figure, GROWTH))
+        elif kind == "helps":
+            parts.append(f"<h2>Who helped whom: {html.escape(what)}</h2>")
             parts.append(_figure(figure, f"Helps a run with {baseline}, an arrow from helper to helped."))
-    parts.append("<h2>All numbers</h2>")
+    parts.append("<h2>All differences</h2>")
     parts += [_html(paired)] if paired.rows else ["<p>Only one strategy was run: there is nothing to compare.</p>"]
+    parts += ["<h2>All sizes</h2>", _html(sizes)] if sizes.rows else []
     parts += ["<h2>All helps</h2>", _html(helped)] if helped.rows else []
     style = (files("clo_fleet.study.report") / "report.css").read_text(encoding="utf-8")
     policy = "default-src 'none'; style-src 'unsafe-inline'"
@@ -146,6 +206,10 @@ def _page(
         + "\n".join(parts)
         + "</body></html>\n"
     )
+
+
+def _faint(text: str) -> str:
+    return f'<p class="faint">{text}</p>'
 
 
 def _figure(figure: str, caption: str) -> str:
@@ -173,7 +237,7 @@ def _text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def _write_files(folder: Path, tables: Iterable[_Table], figures: dict[str, str]) -> None:
+def _write_files(folder: Path, tables: Iterable[_Table], figures: Mapping[str, str]) -> None:
     folder.mkdir(exist_ok=True)
     for table in tables:
         _write(folder / f"{table.name}.md", _markdown(table))
@@ -181,6 +245,9 @@ def _write_files(folder: Path, tables: Iterable[_Table], figures: dict[str, str]
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(table.columns)
             writer.writerows(table.rows)
+    for kind in FIGURE_KINDS:  # of an earlier report
+        for path in folder.glob(f"{kind}_*.svg"):
+            path.unlink()
     for name, figure in figures.items():
         safe = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
         _write(folder / f"{safe}.svg", figure)

@@ -57,6 +57,16 @@ def test_an_id_is_a_hash_of_what_defines_the_run_and_of_nothing_else(write: Writ
     assert not {run.id for run in read_batch(path).runs} & set(before)
 
 
+def test_two_worlds_of_one_name_are_refused(write: Write, tmp_path: Path) -> None:
+    """Their rows could not be told apart."""
+    other = tmp_path / "worlds" / "other.yaml"
+    other.write_text((tmp_path / "worlds" / "hello.yaml").read_text().replace("until_s: 120", "name: hello"))
+    with pytest.raises(
+        FileFaultsError, match=r"worlds\[1\]: got 'worlds/other.yaml', expected a world with another name"
+    ):
+        read_batch(write("worlds: [worlds/hello.yaml, worlds/other.yaml]\n"))
+
+
 def test_a_definition_survives_json(write: Write) -> None:
     """Lists in changes included."""
     (run,) = read_batch(write("worlds: [worlds/hello.yaml]\nsweep: {radio.loss: [0.25]}\nseeds: [3]\n")).runs

@@ -33,9 +33,9 @@ def folder(tmp_path: Path) -> Path:
     """A batch with three runs that have ended, and one that has not."""
     own = tmp_path / "it's a batch"
     for number, loss in enumerate((0, 0.5, 0.5)):
-        add(own, number, changes=json.dumps({"radio.loss": loss, "map": f"m{number}"}))
+        add(own, number, changes=json.dumps({"radio.loss": loss, "map": f"m{number}", "fleet_size": 2}))
     (own / "runs" / "unfinished").mkdir()
-    (own / "batch.json").write_text(json.dumps({"swept": ["radio.loss", "map"]}))
+    (own / "batch.json").write_text(json.dumps({"swept": ["radio.loss", "map", "fleet_size"]}))
     return own
 
 
@@ -44,6 +44,7 @@ def test_results_have_a_column_for_each_figure_and_each_swept_key(folder: Path) 
     question = "select radio_loss, count(*) as runs, avg(makespan_s) as mean from results group by 1 order by 1"
     assert ask(folder, question) == (("radio_loss", "runs", "mean"), [(0.0, 1, 0.0), (0.5, 2, 15.0)])
     assert ask(folder, "select map from results where seed = 2")[1] == [("m2",)]
+    assert ask(folder, "select distinct typeof(fleet_size) from results")[1] == [("BIGINT",)]
 
 
 def test_events_are_those_of_all_runs_and_a_torn_line_is_left_out(folder: Path) -> None:
