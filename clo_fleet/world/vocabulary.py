@@ -125,6 +125,10 @@ class Vocabulary:
         sensor = self._sensors.get(fact[0])
         return tuple([fact[place] for place in sensor.order]) if sensor is not None and sensor.kind is kind else ()
 
+    def orders(self, kind: SensorKind) -> dict[str, tuple[int, ...]]:
+        """The predicates of this kind, each with where the roles of ``SENSOR_ROLES`` stand in its facts, from 1."""
+        return {sensor.predicate: sensor.order for sensor in self._by_kind[kind]}
+
     def facts(self, kind: SensorKind, *values: str) -> tuple[Fact, ...]:
         """The facts that say this of these, one for each predicate that can: usually one, none if no type fits."""
         found = self._known.get((kind, values))

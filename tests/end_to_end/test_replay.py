@@ -147,6 +147,31 @@ def test_scrubbing_choosing_zooming_and_the_theme_change_what_is_seen(browser: A
     until(lambda: browser.execute_script(ground) != light)
 
 
+def test_one_points_at_an_object_and_sees_what_is_true_of_it(
+    browser: Any, tmp_path: Path, fleet_planners: PlannerPool
+) -> None:
+    """In a world with words of its own: here an object is a person who has been asked, and helps who has not."""
+    with Run(read_world(shipped("worlds") / "dialog.yaml"), out=tmp_path, planners=fleet_planners) as run:
+        run.finish()
+    opened(browser, view(tmp_path).as_uri())
+    browser.execute_script("window.replay.jump(window.replay.run.helps[0][0])")
+    x, y = browser.execute_script(
+        "const {drawing, run} = window.replay, {x, y} = run.pose('ann', 0); return drawing.at(x, y)"
+    )
+    canvas = browser.find_element("id", "plan")
+    middle = [canvas.size["width"] / 2, canvas.size["height"] / 2]
+    selenium.ActionChains(browser).move_to_element_with_offset(
+        canvas, round(x - middle[0]), round(y - middle[1])
+    ).perform()
+    told = "const pointed = window.replay.drawing.pointed; return pointed && [pointed.item.id, ...pointed.state.facts]"
+    until(lambda: browser.execute_script(told))
+    name, *facts = browser.execute_script(told)
+    assert name == "ann"
+    assert browser.execute_script("return window.replay.run.helps[0][3]") in facts
+    selenium.ActionChains(browser).move_to_element_with_offset(canvas, 0, round(-middle[1]) + 5).perform()
+    until(lambda: not browser.execute_script(told))
+
+
 def test_a_run_can_be_watched_while_it_goes_on(browser: Any, fleet_planners: PlannerPool) -> None:
     """The page follows; another host's name, another path and nonsense get nothing."""
     world = read_world(shipped("worlds") / "three_rooms.yaml")

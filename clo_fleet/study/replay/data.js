@@ -66,26 +66,35 @@ class Run {
     this.robots = scene.robots.map((robot) => robot.id);
     this.bodies = new Map(); this.plans = new Map(); this.objects = new Map(); this.waits = new Map();
     this.helps = []; this.marks = [];
+    this.effects = new Set(scene.effects); this.holding = new Map(Object.entries(scene.holding));
+    for (const item of scene.objects) this.objects.set(item.id, []);
     this.cache = new Map();
   }
 
   append(piece) {
     for (const [name, samples] of Object.entries(piece.tracks)) this.of(this.bodies, name, () => new Body()).append(samples);
-    for (const part of ["plans", "objects", "waits"])
+    for (const [t, fact, value] of piece.facts) this.note(t, fact, value);
+    for (const part of ["plans", "waits"])
       for (const [name, entries] of Object.entries(piece[part])) this.of(this[part], name, () => []).push(...entries);
     this.helps.push(...piece.helps); this.marks.push(...piece.marks);
     this.until = Math.max(this.until, piece.until); this.outcome = piece.outcome || this.outcome;
+  }
+
+  note(t, fact, value) { // [t, fact, value, robot or null] for each object that a fact is about
+    const words = fact.slice(1, -1).split(" "), order = this.holding.get(words[0]);
+    if (order) this.objects.get(words[order[1]])?.push([t, fact, value, words[order[0]]]);
+    else if (this.effects.has(words[0])) for (const word of words.slice(1)) this.objects.get(word)?.push([t, fact, value, null]);
   }
 
   of(map, name, make) { if (!map.has(name)) map.set(name, make()); return map.get(name); }
 
   pose(name, time) { const body = this.bodies.get(name); return body ? body.pose(time) : null; }
 
-  object(item, time) { // {prepared, held}
-    const entries = this.objects.get(item.id) || [], state = { prepared: item.prepared, held: null };
+  object(item, time) { // {facts: what has been done to it, held: by which robot, or null}
+    const entries = this.objects.get(item.id), state = { facts: new Set(item.facts), held: null };
     for (let i = 0, n = upTo(entries, time); i < n; i++) {
-      const [, what, value, robot] = entries[i];
-      if (what === "prepared") state.prepared = value;
+      const [, fact, value, robot] = entries[i];
+      if (!robot) state.facts[value ? "add" : "delete"](fact);
       else if (value) state.held = robot;
       else if (state.held === robot) state.held = null; // not if the next one has it already
     }

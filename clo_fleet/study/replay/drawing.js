@@ -5,7 +5,7 @@ const SHOWN = 4; // [s] for which a help stays in sight
 
 class Drawing {
   constructor(canvas, run) {
-    this.canvas = canvas; this.run = run; this.view = null; this.ground = null; this.chosen = null;
+    this.canvas = canvas; this.run = run; this.view = null; this.ground = null; this.chosen = null; this.pointer = null;
     const points = [
       ...run.scene.rooms.flatMap((room) => room.outline), ...run.scene.corridors.flatMap((corridor) => corridor.shape),
     ];
@@ -79,6 +79,7 @@ class Drawing {
     this.drawRobots(context, time);
     this.drawWaits(context, time);
     this.drawHelps(context, time);
+    if (this.pointed) this.drawState(context, this.pointed);
   }
 
   colour(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }
@@ -133,6 +134,7 @@ class Drawing {
 
   drawObjects(context, time) {
     const seats = new Map(), scale = this.view.scale;
+    this.pointed = null;
     context.font = "11px system-ui, sans-serif"; context.textAlign = "left"; context.textBaseline = "middle";
     for (const item of this.run.scene.objects) {
       const state = this.run.object(item, time);
@@ -145,8 +147,9 @@ class Drawing {
       if (!pose) continue;
       const [x, y] = this.at(pose.x, pose.y), half = Math.max(3.5, 1.4 * item.radius * scale);
       context.beginPath(); context.rect(x - half, y - half, 2 * half, 2 * half);
-      context.fillStyle = state.prepared ? this.ink.text : this.ink.panel; context.fill();
+      context.fillStyle = state.facts.size > (item.prepared ? 0 : item.facts.length) ? this.ink.text : this.ink.panel; context.fill();
       context.strokeStyle = this.ink.text; context.lineWidth = 1.4; context.stroke();
+      if (this.pointer && Math.hypot(x - this.pointer[0], y - this.pointer[1]) < half + 4) this.pointed = { item, state, x, y };
       if (scale > 11 && !state.held) { context.fillStyle = this.ink.faint; context.fillText(item.id, x + half + 3, y); }
     }
   }
@@ -177,6 +180,11 @@ class Drawing {
     context.fillStyle = ink; context.fillText(text, x, y);
   }
 
+  drawState(context, { item, state, x, y }) { // what is true of the object under the pointer
+    const lines = [item.id, ...(state.held ? [`held by ${state.held}`] : []), ...state.facts];
+    lines.forEach((line, index) => this.label(context, line, x, y + 16 * (index - lines.length) - 4));
+  }
+
   drawWaits(context, time) { // who waits for whom: a dashed arrow
     context.setLineDash([4, 4]); context.strokeStyle = this.ink.text; context.lineWidth = 1.5;
     for (const robot of this.run.robots) {
@@ -192,7 +200,7 @@ class Drawing {
   drawHelps(context, time) {
     const ended = upTo(this.run.helps, time);
     for (let i = ended - 1; i >= 0 && time - this.run.helps[i][0] < SHOWN; i--) {
-      const [t, by, robot, fact] = this.run.helps[i], from = this.poses.get(by), to = this.poses.get(robot);
+      const [t, by, robot, fact] = this.run.helps[i], from = this.poses.get(by) || this.run.pose(by, time), to = this.poses.get(robot);
       if (!from || !to) continue;
       const a = this.at(from.x, from.y), b = this.at(to.x, to.y);
       context.globalAlpha = Math.min(1, (SHOWN - time + t) / 1.5); context.strokeStyle = this.ink.good; context.lineWidth = 3;

@@ -85,11 +85,12 @@ async function main() {
   let drag = null;
   canvas.addEventListener("pointerdown", (event) => { drag = { x: event.offsetX, y: event.offsetY, far: 0 }; canvas.setPointerCapture(event.pointerId); });
   canvas.addEventListener("pointermove", (event) => {
-    if (!drag) return;
+    if (!drag) { drawing.pointer = [event.offsetX, event.offsetY]; state.dirty = true; return; }
     const dx = event.offsetX - drag.x, dy = event.offsetY - drag.y;
     drag.far += Math.hypot(dx, dy); Object.assign(drag, { x: event.offsetX, y: event.offsetY });
     if (drag.far > 4) { drawing.pan(dx, dy); state.following = false; state.dirty = true; }
   });
+  canvas.addEventListener("pointerleave", () => { drawing.pointer = null; state.dirty = true; });
   canvas.addEventListener("pointerup", (event) => {
     const robot = drag && drag.far <= 4 ? drawing.nearest(event.offsetX, event.offsetY, state.time) : null;
     if (robot) choose(robot);

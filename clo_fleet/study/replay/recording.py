@@ -7,7 +7,7 @@ A piece is plain data for JSON:
 | `until`   | the time up to which it tells [s]                                                                        |
 | `tracks`  | by body: its samples as bytes in base64 (see below)                                                      |
 | `plans`   | by robot: what happened to its plan, in order, each ``[t, what, ...]``                                   |
-| `objects` | by object: ``[t, "prepared", bool]`` and ``[t, "held", bool, robot]``                                    |
+| `facts`   | what became true or false: ``[t, fact, bool]``                                                           |
 | `helps`   | ``[t, helper, helped, fact, names of the dropped steps]``                                                |
 | `waits`   | by robot: ``[t, why, for whom]``, an empty reason when it goes on                                        |
 | `marks`   | the events to jump to: ``[t, kind, robot or null, text]``                                                |
@@ -19,7 +19,6 @@ last ones first).
 """
 
 import base64
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -27,7 +26,6 @@ __all__ = ["piece"]
 
 Event = Mapping[str, Any]
 SCALES = (10, 100, 100, 100)  # of t [s], x [m], y [m], heading [rad]
-FACT = re.compile(r"\((\S+) ([^()]*)\)")
 
 
 def piece(events: Iterable[Event]) -> dict[str, Any]:
@@ -48,7 +46,7 @@ class _Piece:
         self._tracks: dict[str, bytearray] = {}
         self._last: dict[str, tuple[int, ...]] = {}
         self._plans: dict[str, list[Any]] = {}
-        self._objects: dict[str, list[Any]] = {}
+        self._facts: list[Any] = []
         self._helps: list[Any] = []
         self._waits: dict[str, list[Any]] = {}
         self._marks: list[Any] = []
@@ -60,7 +58,7 @@ class _Piece:
             "until": self.until,
             "tracks": {body: base64.b64encode(samples).decode() for body, samples in self._tracks.items()},
             "plans": self._plans,
-            "objects": self._objects,
+            "facts": self._facts,
             "helps": self._helps,
             "waits": self._waits,
             "marks": self._marks,
@@ -127,12 +125,7 @@ class _Piece:
             self._mark(event, event["ending"], f"{event['robot']}: {event['action']} {event['ending']}{reason}")
 
     def _fact_changed(self, event: Event) -> None:
-        found = FACT.fullmatch(event["fact"])
-        predicate, arguments = (found[1], found[2].split()) if found else ("", [])
-        if predicate == "prepared" and len(arguments) == 1:
-            self._object(arguments[0], event, "prepared", event["value"])
-        elif predicate == "holding" and len(arguments) == 2:
-            self._object(arguments[1], event, "held", event["value"], arguments[0])
+        self._facts.append([event["t"], event["fact"], event["value"]])
 
     def _waiting(self, event: Event) -> None:
         self._wait(event, event["why"], event.get("on", ()))
@@ -167,9 +160,6 @@ class _Piece:
 
     def _plan(self, event: Event, what: str, *more: Any) -> None:
         self._plans.setdefault(event["robot"], []).append([event["t"], what, *more])
-
-    def _object(self, item: str, event: Event, what: str, *more: Any) -> None:
-        self._objects.setdefault(item, []).append([event["t"], what, *more])
 
     def _wait(self, event: Event, why: str, on: Sequence[str] = ()) -> None:
         waits = self._waits.setdefault(event["robot"], [])

@@ -1,6 +1,8 @@
 """The scene of a run: what does not change while it goes on. Kept beside the log, which tells the rest.
 
-``scene.json`` has the format `SCENE_FORMAT`; lengths in metres, headings in radians.
+``scene.json`` has the format `SCENE_FORMAT`; lengths in metres, headings in radians. ``holding`` are the predicates of
+what is in a hand, each with where robot and object stand in its facts; ``effects`` those of what is done to
+objects. Each object has those of its facts that hold at the start.
 """
 
 import json
@@ -9,16 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from clo_fleet.clo.task import fact_text
+from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import World
+from clo_fleet.world.vocabulary import vocabulary
 
 __all__ = ["SCENE_FORMAT", "scene", "write_scene"]
 
-SCENE_FORMAT = "clo-fleet/scene/1"
+SCENE_FORMAT = "clo-fleet/scene/2"
 
 
 def scene(world: World) -> dict[str, Any]:
     """The building, the robots and the objects of a world as plain data for JSON."""
-    building = world.map
+    building, words = world.map, vocabulary(world)
+    done = sorted(filter(words.is_effect, words.beginning))
     return {
         "format": SCENE_FORMAT,
         "world": world.name,
@@ -48,9 +53,16 @@ def scene(world: World) -> dict[str, Any]:
             for robot in sorted(world.robots, key=lambda robot: robot.id)
         ],
         "objects": [
-            {"id": item.id, "radius": item.radius, "prepared": item.prepared}
+            {
+                "id": item.id,
+                "radius": item.radius,
+                "prepared": item.prepared,
+                "facts": [fact_text(fact) for fact in done if item.id in fact[1:]],
+            }
             for item in sorted(world.objects, key=lambda item: item.id)
         ],
+        "holding": words.orders(SensorKind.HOLDING),
+        "effects": sorted(words.effects),
     }
 
 

@@ -61,9 +61,9 @@ def test_pieces_of_a_log_tell_what_the_whole_tells(folder: Path) -> None:
     cut = len(events) // 3
     first, second = piece(events[:cut]), piece(events[cut:])
     assert first["marks"] + second["marks"] == whole["marks"]
-    for part in ("plans", "objects"):
-        names = {*first[part], *second[part]}
-        assert {name: first[part].get(name, []) + second[part].get(name, []) for name in names} == whole[part]
+    assert first["facts"] + second["facts"] == whole["facts"]
+    plans = {name: first["plans"].get(name, []) + second["plans"].get(name, []) for name in whole["plans"]}
+    assert plans == whole["plans"]
     for name, track in whole["tracks"].items():
         parts = [samples(found["tracks"][name]) for found in (first, second) if name in found["tracks"]]
         assert [row for part in parts for row in part] == samples(track)
@@ -79,7 +79,7 @@ def test_a_help_names_who_helped_whom_and_what_was_dropped(folder: Path) -> None
     whats = [entry[1] for entry in found["plans"]["r1"]]
     assert whats.count("finished") == 3
     assert whats.count("dropped") == 1
-    assert ["held", True, "r1"] in [entry[1:] for entry in found["objects"]["o2"]]
+    assert ["(holding r1 o2)", True] in [entry[1:] for entry in found["facts"]]
 
 
 def test_a_page_carries_texts_as_data_only(folder: Path, tmp_path: Path) -> None:
@@ -104,7 +104,7 @@ def test_a_page_carries_texts_as_data_only(folder: Path, tmp_path: Path) -> None
         ("scene.json", None, "has no scene.json"),
         ("events.jsonl", None, "has no events.jsonl"),
         ("scene.json", "{", "is no JSON"),
-        ("scene.json", '{"format": "other"}', "is not of the format clo-fleet/scene/1"),
+        ("scene.json", '{"format": "other"}', "is not of the format clo-fleet/scene/2"),
     ],
 )
 def test_a_folder_without_a_run_is_told(
