@@ -14,7 +14,7 @@ __all__ = ["report"]
 
 EXECUTED = """\
 Means over the seeds, with the 2.5th and 97.5th percentiles. In brackets the number of the paper's Table V; `!`: it lies
-outside ours. A dash: most runs met a limit."""
+outside ours. `n`: the number of seeds, where others have more. A dash: most runs met a limit."""
 TIME = """\
 Of a whole run: planning, and deciding (links, repairs, the choice of the next step). *Later* leaves out the first plan,
 which every strategy needs. REPLAN is called in the cheapest way; its three costs stand below."""
@@ -82,13 +82,13 @@ class _Tables:
         compared = [cell for cell in self.found.values() if cell.key[3] in ("clo", "replan") and cell.paper is not None]
         outside = [cell for cell in compared if not cell.inside]
         yield f"{len(compared) - len(outside)} of {len(compared)} of the paper's numbers of actions lie inside ours."
-        fewest = min((len(cell.rows) for cell in compared), default=FEW)
-        if fewest < FEW:
-            few = "one seed" if fewest == 1 else f"{fewest} seeds"
-            yield f"Some cells have only {few}: their percentiles are the least and the greatest of what there is."
+        few = [cell for cell in compared if len(cell.rows) < FEW]
+        if few:
+            lost = sum(not cell.inside for cell in few)
+            yield f"{len(few)} of these are of cells with fewer than {FEW} seeds, {lost} outside: that says little."
         for cell in outside:
             assert cell.paper is not None
-            ours = "-" if cell.dash else _spread(cell.executed)
+            ours = "-" if cell.dash else _spread(cell.executed) + self._seeds(cell)
             yield f"{cell.paper.cell}: the paper has {_paper(cell.paper)}, we have {ours}."
         found = ratios(self.found, total_time)
         if found and max(found.values()) < ORDERS:
@@ -112,10 +112,15 @@ class _Tables:
         cell = self.cell(where, arm)
         if cell is None:
             return ""
-        text = "-" if cell.dash else _spread(cell.executed)
+        text = "-" if cell.dash else _spread(cell.executed) + self._seeds(cell)
         if cell.paper is not None and cell.key[3] in ("clo", "replan"):
             text += f" ({_paper(cell.paper)}){'' if cell.inside else '!'}"
         return text
+
+    def _seeds(self, cell: Cell) -> str:
+        """How many seeds a cell has, if others have more."""
+        most = max(len(other.rows) for other in self.found.values())
+        return f" n={len(cell.rows)}" if len(cell.rows) < most else ""
 
     def time(self) -> Iterator[str]:
         """One table a domain."""

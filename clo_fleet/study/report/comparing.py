@@ -44,6 +44,7 @@ METRICS: Mapping[str, str] = MappingProxyType(
 )
 REACHED = "goals_reached"
 RESAMPLES = 10_000
+AT_ONCE = 4_000_000  # numbers drawn at once: 32 MB
 LOW, HIGH = 2.5, 97.5  # percentiles: an interval of 95 %
 
 
@@ -165,8 +166,10 @@ def by_strategy(rows: Iterable[Row], swept: Sequence[str]) -> Mapping[str, Mappi
 
 def interval(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> tuple[float, float]:
     """Of the mean, by resampling; the value itself where there is only one."""
-    picks = np.random.default_rng(0).integers(0, len(values), (RESAMPLES, len(values)))
-    low, high = np.percentile(values[picks].mean(axis=1), (LOW, HIGH))
+    random, count = np.random.default_rng(0), len(values)
+    blocks = np.array_split(np.arange(RESAMPLES), -(-RESAMPLES * count // AT_ONCE))
+    means = [values[random.integers(0, count, (len(block), count))].mean(axis=1) for block in blocks]
+    low, high = np.percentile(np.concatenate(means), (LOW, HIGH))
     return float(low), float(high)
 
 

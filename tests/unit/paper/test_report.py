@@ -72,6 +72,15 @@ def test_what_did_not_come_out_is_said_first() -> None:
     assert "| p-10 | 0.1 | 29.0 [28, 30] (27)! | 27.0 [24, 31] (26) |" in text
 
 
+def test_cells_with_fewer_seeds_say_so() -> None:
+    """One seed's percentiles are itself."""
+    text = report(cells(rows(CLO, *range(16, 28)) + rows(REPLAN, 31)), [])
+    assert "1 of these are of cells with fewer than 10 seeds, 1 outside" in text
+    assert "the paper has 26, we have 31.0 [31, 31] n=1." in text
+    assert "| 31.0 [31, 31] n=1 (26)! |" in text
+    assert "n=12" not in text
+
+
 def test_a_strategy_that_was_not_run_is_left_out() -> None:
     """A report of one strategy has no empty comparisons, and no ratio to nothing."""
     text = report(cells(rows(CLO, 27)), [])
