@@ -8,16 +8,18 @@ import pytest
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.fleet.offers import Offers
 from clo_fleet.robot.apart import keep_apart
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive
-from clo_fleet.robot.skill import Body, Done, OfferStatus, Under
+from clo_fleet.robot.skill import Body, Done, Under
 from clo_fleet.robot.steering import Steering, along_walls
 from clo_fleet.sim.doors import is_wide
 from clo_fleet.sim.rooms import Contacts
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
+from clo_fleet.study.event_log import EventLog
 from clo_fleet.world.model import (
     BuildingMap,
     Door,
@@ -40,22 +42,6 @@ TICK = 0.2
 NEAR = 0.3  # [m] so near to its target a robot has arrived
 HALL, OTHER = RoomId("hall"), RoomId("other")
 MOVE = Action(schema="move", args=(), needs=(), adds=frozenset(), deletes=frozenset())
-
-
-class NoOffers:
-    """An exchange on which nothing is offered."""
-
-    def offer(self, giver: RobotId, taker: RobotId, item: ObjectId, place: PlaceId) -> int:
-        """Never asked."""
-        raise NotImplementedError
-
-    def status(self, offer: int) -> OfferStatus:
-        """Never asked."""
-        raise NotImplementedError
-
-    def close(self, offer: int, *, kept: bool) -> None:
-        """Never asked."""
-        raise NotImplementedError
 
 
 def rectangle(x: float, y: float, width: float, height: float) -> tuple[Point, ...]:
@@ -127,7 +113,7 @@ class Crowd:
             spec=spec,
             site=self.site,
             truth=self.truth,
-            exchange=NoOffers(),
+            exchange=Offers(EventLog()),
             settings=SkillSettings(),
             time=self.time,
             cause=Cause(spec.id, "move", 0),

@@ -14,18 +14,19 @@ import shapely
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.fleet.offers import Offers
 from clo_fleet.robot.apart import keep_apart
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive
-from clo_fleet.robot.skill import Body, Done, OfferStatus, Progress, Under
+from clo_fleet.robot.skill import Body, Done, Progress, Under
 from clo_fleet.sim.network import build_network
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
+from clo_fleet.study.event_log import EventLog
 from clo_fleet.world.buildings import Measures, grid, line, ring
 from clo_fleet.world.model import (
     BuildingMap,
-    ObjectId,
     PlaceId,
     Pose,
     RobotId,
@@ -41,22 +42,6 @@ TICK = 0.2
 RADIUS = 0.3
 JUMP = 1.0 * TICK + 0.06 + 0.03  # [m] in a tick: at top speed, from body to vehicle, pushed by others
 PUSHED = 0.1  # [m] two bodies may get into one another before they are pushed apart: two ways of 0.05 s at 1 m/s
-
-
-class NoOffers:
-    """An exchange on which nothing is offered."""
-
-    def offer(self, giver: RobotId, taker: RobotId, item: ObjectId, place: PlaceId) -> int:
-        """Refused."""
-        raise NotImplementedError
-
-    def status(self, offer: int) -> OfferStatus:
-        """Refused."""
-        raise NotImplementedError
-
-    def close(self, offer: int, *, kept: bool) -> None:
-        """Refused."""
-        raise NotImplementedError
 
 
 @dataclass(slots=True)
@@ -116,7 +101,7 @@ class Crowd:
             spec=spec,
             site=self.site,
             truth=self.truth,
-            exchange=NoOffers(),
+            exchange=Offers(EventLog()),
             settings=SkillSettings(),
             time=self.time,
             action=MOVE,

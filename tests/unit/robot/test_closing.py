@@ -8,12 +8,14 @@ import pytest
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.fleet.offers import Offers
 from clo_fleet.robot.drive import Drive, Phase
-from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, OfferStatus, Progress, Under
+from clo_fleet.robot.skill import Body, Cancelled, Done, Failed, Progress, Under
 from clo_fleet.sim.network import build_network
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.traffic import Course, Traffic, UnknownCorridorError
 from clo_fleet.sim.truth import Truth
+from clo_fleet.study.event_log import EventLog
 from clo_fleet.world.buildings import Measures, ring
 from clo_fleet.world.model import (
     BuildingMap,
@@ -34,22 +36,6 @@ HOME, FIRST, SECOND = RoomId("room-0"), RoomId("room-1"), RoomId("room-2")
 SHORT, AHEAD, ROUND = CorridorId("node-0--node-1"), CorridorId("node-1--node-2"), CorridorId("node-3--node-0")
 
 
-class NoOffers:
-    """An exchange on which nothing is offered."""
-
-    def offer(self, giver: RobotId, taker: RobotId, item: str, place: PlaceId) -> int:
-        """Refused."""
-        raise NotImplementedError
-
-    def status(self, offer: int) -> OfferStatus:
-        """Refused."""
-        raise NotImplementedError
-
-    def close(self, offer: int, *, kept: bool) -> None:
-        """Refused."""
-        raise NotImplementedError
-
-
 @dataclass(slots=True)
 class Trip:
     """One robot on its way round a ring of four rooms."""
@@ -68,7 +54,7 @@ class Trip:
             spec=self.spec,
             site=self.site,
             truth=Truth(self.site, vocabulary(world)),
-            exchange=NoOffers(),
+            exchange=Offers(EventLog()),
             settings=SkillSettings(),
             time=self.time,
             action=MOVE,

@@ -11,22 +11,23 @@ import pytest
 
 from clo_fleet.clo.messages import Cause
 from clo_fleet.clo.task import Action
+from clo_fleet.fleet.offers import Offers
 from clo_fleet.robot.approach import Approach
 from clo_fleet.robot.aside import StandAside
 from clo_fleet.robot.avoidance import Agent, Avoidance
 from clo_fleet.robot.drive import Drive, Phase
-from clo_fleet.robot.skill import Body, Cancelled, Done, OfferStatus, Under
+from clo_fleet.robot.skill import Body, Cancelled, Done, Under
 from clo_fleet.robot.wait import Wait, WaitCause
 from clo_fleet.sim.network import build_network
 from clo_fleet.sim.site import Site
 from clo_fleet.sim.truth import Truth
+from clo_fleet.study.event_log import EventLog
 from clo_fleet.world.model import (
     BuildingMap,
     Corridor,
     CorridorId,
     Door,
     DoorId,
-    ObjectId,
     PlaceId,
     Point,
     Pose,
@@ -43,22 +44,6 @@ TICK = 0.2
 MOVE = Action(schema="move", args=(), needs=(), adds=frozenset(), deletes=frozenset())
 WEST, EAST = RoomId("west"), RoomId("east")
 CONTACT = 0.05  # [m] by which two robots that push one another may overlap for a moment
-
-
-class NoOffers:
-    """An exchange on which nothing is offered."""
-
-    def offer(self, giver: RobotId, taker: RobotId, item: ObjectId, place: PlaceId) -> int:
-        """Refused."""
-        raise NotImplementedError
-
-    def status(self, offer: int) -> OfferStatus:
-        """Refused."""
-        raise NotImplementedError
-
-    def close(self, offer: int, *, kept: bool) -> None:
-        """Refused."""
-        raise NotImplementedError
 
 
 @dataclass(slots=True)
@@ -80,7 +65,7 @@ class Traffic:
             spec=spec,
             site=self.site,
             truth=self.truth,
-            exchange=NoOffers(),
+            exchange=Offers(EventLog()),
             settings=SkillSettings(),
             time=self.time,
             cause=Cause(spec.id, "move", 0),
