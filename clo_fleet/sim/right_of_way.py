@@ -137,24 +137,24 @@ class RightOfWay:
         considered.update(self._book())
         granted: list[RobotId] = []
         before: list[tuple[_Wish, frozenset[str]]] = []  # those who go on waiting, with what they need
-        impatient: list[frozenset[str]] = []  # what those of them need whom nobody may overtake any more
+        impatient: set[str] = set()  # what those of them need whom nobody may overtake any more
         for robot, wish in list(self._waiting.items()):
             if not wish.booked or self._shut(wish.claim):
                 continue
             needs = self._needs(wish.claim)
-            if robot in considered and all(map(needs.isdisjoint, impatient)) and self._lanes.fit(wish.claim.lanes):
+            if robot in considered and needs.isdisjoint(impatient) and self._lanes.fit(wish.claim.lanes):
                 for other, theirs in before:
                     if not needs.isdisjoint(theirs):
                         other.overtaken += 1
                         if other.overtaken == OVERTAKINGS:
-                            impatient.append(theirs)
+                            impatient |= theirs
                 self._held[robot] = self._waiting[robot].claim
                 self._lanes.set(robot, wish.claim.lanes)
                 granted.append(robot)
                 continue
             before.append((wish, needs))
             if wish.overtaken >= OVERTAKINGS:
-                impatient.append(needs)
+                impatient |= needs
         for robot in granted:
             del self._waiting[robot]
         return tuple(granted)

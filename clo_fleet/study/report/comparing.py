@@ -125,13 +125,22 @@ def differences(rows: Iterable[Row], swept: Sequence[str], baseline: str) -> tup
     The seeds of several settings are resampled together.
     """
     runs = by_strategy(rows, swept)
-    settings = sorted({setting for places in runs.values() for setting, _ in places})
-    found: list[Difference] = []
-    for setting in (*settings, *[OVERALL] * (len(settings) > 1)):
-        for strategy in sorted(runs.keys() - {baseline}):
-            pairs = [pair for (place, _), pair in _pairs(runs, strategy, baseline) if setting in (place, OVERALL)]
-            found += _compared(pairs, setting, strategy, baseline)
-    return tuple(found)
+    pairs: dict[Setting, dict[str, list[tuple[Row, Row]]]] = defaultdict(lambda: defaultdict(list))
+    for strategy in sorted(runs.keys() - {baseline}):
+        for (setting, _), pair in _pairs(runs, strategy, baseline):
+            pairs[setting][strategy].append(pair)
+    settings = sorted(pairs)
+    if len(settings) > 1:
+        for setting in settings:
+            for strategy, some in pairs[setting].items():
+                pairs[OVERALL][strategy] += some
+        settings.append(OVERALL)
+    return tuple(
+        difference
+        for setting in settings
+        for strategy, some in sorted(pairs[setting].items())
+        for difference in _compared(some, setting, strategy, baseline)
+    )
 
 
 def outcomes(rows: Iterable[Row], swept: Sequence[str], baseline: str) -> tuple[Outcomes, ...]:

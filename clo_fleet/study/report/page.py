@@ -3,24 +3,32 @@
 In the batch's folder: ``report.html``, and in ``report/`` the tables as CSV and Markdown and the figures as SVG.
 """
 
-import csv
 import html
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 from clo_fleet.errors import CloFleetError
 from clo_fleet.study.batch.row import Row
 from clo_fleet.study.batch.running import read_swept, rows
-from clo_fleet.study.report.comparing import METRICS, OVERALL, REACHED, Difference, Outcomes, differences, outcomes
+from clo_fleet.study.report.comparing import METRICS, REACHED, differences, outcomes
 from clo_fleet.study.report.counting import failures, helps
 from clo_fleet.study.report.figures import difference_figure, growth_figure, help_figure
-from clo_fleet.study.report.growing import FIGURES, growth
+from clo_fleet.study.report.growing import growth
+from clo_fleet.study.report.tables import (
+    Table,
+    as_csv,
+    as_markdown,
+    comparison_table,
+    failure_table,
+    growth_table,
+    help_table,
+    overview_table,
+    text,
+)
 
 __all__ = ["NothingToReportError", "UnknownBaselineError", "report"]
-
 
 FIGURE_KINDS = ("difference", "growth", "helps")  # what their names begin with
 GROWTH = (
@@ -53,15 +61,6 @@ class UnknownBaselineError(CloFleetError):
         self.strategy = strategy
 
 
-@dataclass(frozen=True, slots=True)
-class _Table:
-    """A table: its file's name, columns and rows."""
-
-    name: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[object, ...], ...]
-
-
 def report(folder: Path, baseline: str = "") -> Path:
     """Write the report of a batch; returns the page.
 
@@ -81,41 +80,14 @@ def report(folder: Path, baseline: str = "") -> Path:
     if baseline and baseline not in strategies:
         raise UnknownBaselineError(baseline, strategies)
     baseline = baseline or ("clo" if "clo" in strategies else strategies[0])
-    compared, ends = differences(found, swept, baseline), outcomes(found, swept, baseline)
-    lost, given, grown = failures(found, swept), helps(found, folder / "runs"), growth(found, swept)
-    failed = _Table(
-        "failures",
-        ("setting", "strategy", "ending", "runs", "of", "why", "example"),
-        tuple((str(one.setting), one.strategy, one.ending, one.runs, one.of, one.why, one.example) for one in lost),
+    compared, grown, given = differences(found, swept, baseline), growth(found, swept), helps(found, folder / "runs")
+    tables = (
+        failure_table(failures(found, swept)),
+        overview_table(outcomes(found, swept, baseline), compared, baseline),
+        comparison_table(compared, baseline),
+        growth_table(grown),
+        help_table(given),
     )
-    paired = _Table(
-        "comparison",
-        ("setting", "figure", "strategy", "seeds", "of", baseline, "strategy's", "difference", "low", "high"),
-        tuple(
-            (
-                *(str(one.setting), METRICS[one.metric], one.strategy, one.seeds, one.of),
-                *(one.baseline_mean, one.mean, one.difference, one.low, one.high),
-            )
-            for one in compared
-        ),
-    )
-    sizes = _Table(
-        "growth",
-        ("setting", "figure", "strategy", "robots", "runs", "of", "mean", "low", "high"),
-        tuple(
-            (
-                *(str(one.setting), FIGURES[one.figure], one.strategy, one.robots, one.runs, one.of),
-                *(one.mean, one.low, one.high),
-            )
-            for one in grown
-        ),
-    )
-    helped = _Table(
-        "helps",
-        ("world", "strategy", "by", "robot", "kind", "times", "steps not needed", "runs"),
-        tuple((one.world, one.strategy, one.by, one.robot, one.kind, one.times, one.steps, one.runs) for one in given),
-    )
-    tables = {one.name: one for one in (_overview(ends, compared, baseline), failed, paired, sizes, helped)}
     figures = {f"difference_{metric}": difference_figure(compared, metric) for metric in METRICS}
     for setting in sorted({one.setting for one in grown}):
         figures[f"growth_{setting}"] = growth_figure(grown, setting)
@@ -124,56 +96,20 @@ def report(folder: Path, baseline: str = "") -> Path:
             [one for one in given if one.world == world and one.strategy == baseline]
         )
     drawn = {name: figure for name, figure in figures.items() if figure is not None}
-    _write_files(folder / "report", tables.values(), drawn)
+    _write_files(folder / "report", tables, drawn)
     page = folder / "report.html"
     _write(page, _page(folder.name, found, baseline, tables, drawn))
     return page
 
 
-def _overview(ends: Sequence[Outcomes], compared: Sequence[Difference], baseline: str) -> _Table:
-    """A line for each strategy: its ends, and its differences to the baseline over all settings."""
-    widest = OVERALL if any(one.setting == OVERALL for one in compared) else None
-    figures = [metric for metric in METRICS if any(one.metric == metric and one.worth_showing for one in compared)]
-    differences = {
-        (
-            one.strategy,
-            one.metric,
-        ): f"{one.difference or 0:{'+' * bool(one.difference)}.3g} [{one.low:.3g}, {one.high:.3g}]"
-        for one in compared
-        if widest in (None, one.setting)
-    }
-    return _Table(
-        "overview",
-        (
-            "strategy",
-            "runs",
-            "goals reached",
-            "both",
-            "it alone",
-            f"{baseline} alone",
-            *map(METRICS.__getitem__, figures),
-        ),
-        tuple(
-            (
-                *(one.strategy, one.runs, one.reached),
-                *(("",) * 3 if one.strategy == baseline else (one.both, one.alone, one.baseline_alone)),
-                *(differences.get((one.strategy, metric), "") for metric in figures),
-            )
-            for one in ends
-        ),
-    )
-
-
-def _page(
-    name: str, found: Sequence[Row], baseline: str, tables: Mapping[str, _Table], figures: Mapping[str, str]
-) -> str:
+def _page(name: str, found: Sequence[Row], baseline: str, tables: Sequence[Table], figures: Mapping[str, str]) -> str:
+    failed, overview, paired, sizes, helped = tables
     reached = sum(row.outcome == REACHED for row in found)
-    failed, paired, sizes, helped = (tables[key] for key in ("failures", "comparison", "growth", "helps"))
     parts = [f"<h1>{html.escape(name)}</h1><p>{reached} of {len(found)} runs reached their goals.</p>"]
     parts += ["<h2>What failed</h2>", _html(failed) if failed.rows else "<p>Nothing.</p>"]
     if failed.rows:
         parts.append(_faint("Look at one with <code>clo-fleet view DIR/runs/EXAMPLE</code>."))
-    parts += ["<h2>Strategies on the same seeds</h2>", _html(tables["overview"])]
+    parts += ["<h2>Strategies on the same seeds</h2>", _html(overview)]
     parts.append(
         _faint(
             f"Of the pairs of runs in the same setting with the same seed: in how many both, the strategy alone, or"
@@ -216,35 +152,21 @@ def _figure(figure: str, caption: str) -> str:
     return f"<figure>{figure}<figcaption>{html.escape(caption)}</figcaption></figure>"
 
 
-def _html(table: _Table) -> str:
+def _html(table: Table) -> str:
     def cell(tag: str, value: object) -> str:
         number = isinstance(value, int | float)
-        return f"<{tag}{' class=number' * number}>{html.escape(_text(value))}</{tag}>"
+        return f"<{tag}{' class=number' * number}>{html.escape(text(value))}</{tag}>"
 
     head = "".join(cell("th", column) for column in table.columns)
     body = "".join("<tr>" + "".join(cell("td", value) for value in row) + "</tr>\n" for row in table.rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>"
 
 
-def _markdown(table: _Table) -> str:
-    def line(values: Iterable[object]) -> str:
-        return "| " + " | ".join(_text(value).replace("|", "\\|").replace("\n", " ") for value in values) + " |\n"
-
-    return line(table.columns) + "|" + "---|" * len(table.columns) + "\n" + "".join(map(line, table.rows))
-
-
-def _text(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-def _write_files(folder: Path, tables: Iterable[_Table], figures: Mapping[str, str]) -> None:
+def _write_files(folder: Path, tables: Iterable[Table], figures: Mapping[str, str]) -> None:
     folder.mkdir(exist_ok=True)
     for table in tables:
-        _write(folder / f"{table.name}.md", _markdown(table))
-        with (folder / f"{table.name}.csv").open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(table.columns)
-            writer.writerows(table.rows)
+        _write(folder / f"{table.name}.md", as_markdown(table))
+        _write(folder / f"{table.name}.csv", as_csv(table))
     for kind in FIGURE_KINDS:  # of an earlier report
         for path in folder.glob(f"{kind}_*.svg"):
             path.unlink()
