@@ -14,6 +14,7 @@ Messages are JSON. Time 0 of the run is time 0 of the file; the frame is the bui
 import json
 import math
 import os
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
@@ -123,11 +124,12 @@ def _messages(scene: Mapping[str, Any], events: Sequence[Mapping[str, Any]]) -> 
     """Everything in the order of time."""
     yield 0.0, "/building", "foxglove.SceneUpdate", {"deletions": [], "entities": [_building(scene)]}
     radii = {body["id"]: body["radius"] for body in (*scene["robots"], *scene["objects"])}
-    said = piece(events)["marks"]
+    said = deque(piece(events)["marks"])
+    held: dict[str, str] = {}
     for event in events:
         time = event["t"]
         while said and said[0][0] <= time:
-            when, kind, robot, text = said.pop(0)
+            when, kind, robot, text = said.popleft()
             level = WARNING if kind in WARNINGS else INFO
             log = {
                 "timestamp": _stamp(when),
@@ -139,16 +141,39 @@ def _messages(scene: Mapping[str, Any], events: Sequence[Mapping[str, Any]]) -> 
             }
             yield time, "/log", "foxglove.Log", log
         yield time, "/events", "clo_fleet.Event", event
+        if event["kind"] == "fact_changed":
+            _note(event, scene["holding"], held)
         if event["kind"] == "poses":
+            objects = [*event["objects"], *_carried(event, held)]
             entities = [
                 _body(time, body, radii.get(body[0], 0.1), height)
-                for bodies, height in ((event["robots"], HEIGHT), (event["objects"], HEIGHT / 2))
+                for bodies, height in ((event["robots"], HEIGHT), (objects, HEIGHT / 2))
                 for body in bodies
             ]
             yield time, "/fleet", "foxglove.SceneUpdate", {"deletions": [], "entities": entities}
             for name, x, y, heading in event["robots"]:
                 content = {"timestamp": _stamp(time), "frame_id": FRAME, "pose": _pose(x, y, 0.0, heading)}
                 yield time, f"/robots/{name}/pose", "foxglove.PoseInFrame", content
+
+
+def _note(event: Mapping[str, Any], holding: Mapping[str, Sequence[int]], held: dict[str, str]) -> None:
+    """Who has what in hand now."""
+    words = event["fact"].strip("()").split()
+    if words[0] in holding:
+        robot, item = (words[place] for place in holding[words[0]])
+        if event["value"]:
+            held[item] = robot
+        elif held.get(item) == robot:  # the next one has it already, otherwise
+            del held[item]
+
+
+def _carried(event: Mapping[str, Any], held: Mapping[str, str]) -> Iterator[tuple[Any, ...]]:
+    """Where objects are that robots carry through corridors: the log says where the robots are."""
+    robots = {name: pose for name, *pose in event["robots"]}
+    told = {name for name, *_ in event["objects"]}
+    for item, robot in sorted(held.items()):
+        if robot in robots and item not in told:
+            yield (item, *robots[robot])
 
 
 def _building(scene: Mapping[str, Any]) -> dict[str, Any]:

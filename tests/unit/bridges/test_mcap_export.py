@@ -56,6 +56,29 @@ def test_every_message_can_be_read_back(run: Path) -> None:
     assert len(found["/fleet"]) == 2
 
 
+def test_what_a_robot_carries_goes_with_it(tmp_path: Path) -> None:
+    """Also through corridors, where the log only says where the robot is; until it is another's, or put down."""
+    write_scene(read_world(shipped("worlds") / "cooking.yaml"), tmp_path / "scene.json")
+    held = {"kind": "fact_changed", "fact": "(has c1 leek)"}
+    events = (
+        {"t": 1.0, **held, "value": True},
+        {"t": 2.0, "kind": "poses", "robots": [["c1", 5.0, 3.0, 0.0], ["c2", 1.0, 1.0, 0.0]], "objects": []},
+        {"t": 3.0, "kind": "fact_changed", "fact": "(has c2 leek)", "value": True},
+        {"t": 3.0, **held, "value": False},
+        {"t": 4.0, "kind": "poses", "robots": [["c1", 6.0, 3.0, 0.0], ["c2", 2.0, 1.0, 0.0]], "objects": []},
+        {"t": 5.0, "kind": "poses", "robots": [["c2", 3.0, 1.0, 0.0]], "objects": [["leek", 3.1, 1.2, 0.0]]},
+    )
+    lines = (json.dumps({"id": number} | event) + "\n" for number, event in enumerate(events))
+    (tmp_path / "events.jsonl").write_text("".join(lines))
+    export(tmp_path, tmp_path / "run.mcap")
+    found = []
+    with (tmp_path / "run.mcap").open("rb") as stream:
+        for _, _, message in mcap.make_reader(stream).iter_messages(topics=["/fleet"]):
+            entities = {entity["id"]: entity for entity in json.loads(message.data)["entities"]}
+            found.append(entities["leek"]["cylinders"][0]["pose"]["position"]["x"])
+    assert found == [5.0, 2.0, 3.1]
+
+
 def test_a_folder_without_a_run_leaves_nothing(tmp_path: Path) -> None:
     """Neither a file nor a part of one."""
     with pytest.raises(NoReplayError, match=r"has no scene\.json"):
