@@ -85,7 +85,7 @@ class _Tables:
         few = [cell for cell in compared if len(cell.rows) < FEW]
         if few:
             lost = sum(not cell.inside for cell in few)
-            yield f"{len(few)} of these are of cells with fewer than {FEW} seeds, {lost} outside: that says little."
+            yield f"{len(few)} are of cells with fewer than {FEW} seeds, which say little; {lost} of these lie outside."
         for cell in outside:
             assert cell.paper is not None
             ours = "-" if cell.dash else _spread(cell.executed) + self._seeds(cell)

@@ -75,7 +75,7 @@ def test_what_did_not_come_out_is_said_first() -> None:
 def test_cells_with_fewer_seeds_say_so() -> None:
     """One seed's percentiles are itself."""
     text = report(cells(rows(CLO, *range(16, 28)) + rows(REPLAN, 31)), [])
-    assert "1 of these are of cells with fewer than 10 seeds, 1 outside" in text
+    assert "1 are of cells with fewer than 10 seeds, which say little; 1 of these lie outside." in text
     assert "the paper has 26, we have 31.0 [31, 31] n=1." in text
     assert "| 31.0 [31, 31] n=1 (26)! |" in text
     assert "n=12" not in text
