@@ -108,6 +108,7 @@ class RightOfWay:
         self._fresh: set[RobotId] = set()  # who has asked since the last decision
         self._explained: dict[RobotId, Hindrance] = {}  # since the last decision
         self._needed: dict[tuple[str, ...], frozenset[str]] = {}  # by those who take these lanes
+        self._used: Counter[RoomId] = Counter()  # places taken or booked; only newcomers' bookings change it in between
 
     # ---- asking --------------------------------------------------------------------------------------------
 
@@ -134,6 +135,8 @@ class RightOfWay:
         considered = {*(self._waiting if everybody else self._fresh)}  # the others lack what nobody has given back
         self._standing, self._stale, self._fresh = standing, False, set()
         self._explained.clear()
+        if everybody:
+            self._used = self._count()
         considered.update(self._book())
         granted: list[RobotId] = []
         before: list[tuple[_Wish, frozenset[str]]] = []  # those who go on waiting, with what they need
@@ -177,7 +180,7 @@ class RightOfWay:
             raise NoClaimError(robot)
         old, lanes = self._held[robot], self._lanes.lanes(robot)
         self._lanes.set(robot, ())
-        place = claim.goal == old.goal or self._used()[claim.goal] < self._ground.places[claim.goal]
+        place = claim.goal == old.goal or self._count()[claim.goal] < self._ground.places[claim.goal]
         fits = place and not self._shut(claim) and self._lanes.fit(claim.lanes)
         self._lanes.set(robot, claim.lanes if fits else lanes)
         if fits:
@@ -268,7 +271,7 @@ class RightOfWay:
 
     def _book(self) -> list[RobotId]:
         """Give places to those who wait, in turn; then let full rooms exchange robots. Who has got a place now."""
-        used, places = self._used(), self._ground.places
+        used, places = self._used, self._ground.places
         booked = []
         for robot, wish in self._waiting.items():
             goal = wish.claim.goal
@@ -279,11 +282,11 @@ class RightOfWay:
         while (circle := self._wished_circle()) is not None:
             for robot in circle:
                 self._waiting[robot].booked = True
-            self._exchanges.append(circle)
+            self._exchanges.append(circle)  # each of its rooms gets one and loses one
             booked += circle
         return booked
 
-    def _used(self) -> Counter[RoomId]:
+    def _count(self) -> Counter[RoomId]:
         """The places of each room that are taken or booked; who is to leave it in an exchange counts as gone."""
         where = {robot: room for room, robots in self._standing.items() for robot in robots}
         used = Counter(where.values())

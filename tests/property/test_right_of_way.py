@@ -37,6 +37,15 @@ class Town:
         """A robot with the right of way waits to get onto its first lane."""
         self.ahead[robot], self.goals[robot] = list(claim.lanes), claim.goal
 
+    def granted(self) -> tuple[RobotId, ...]:
+        """Who may set out now. One who has just taken up the claims and must look at everybody decides the same."""
+        twin, standing = RightOfWay(self.ground), self.standing()
+        twin.restore(self.right.state())
+        found = self.right.decide(standing)
+        assert found == twin.decide(standing)
+        assert self.right.state() == twin.state()
+        return found
+
     def moves(self) -> list[RobotId]:
         """Who can go on by one lane, or into a room that is not overfull."""
         crowd = self.standing()
@@ -122,13 +131,19 @@ def test_all_get_where_they_want_unless_a_room_stays_full(
     left: dict[RobotId, list[RoomId]] = {}
     for robot, goal in trips:
         left.setdefault(robot, []).append(goal)
+
+    def set_out() -> None:
+        for robot in it.granted():
+            goal = left[robot].pop(0)
+            it.set_out(robot, Claim(it.rooms[robot], goal, way(graph, it.rooms[robot], goal)))
+
     while True:
         for robot, goals in sorted(left.items()):
             if goals and robot in it.rooms and robot not in it.ahead:
                 it.right.ask(robot, Claim(it.rooms[robot], goals[0], way(graph, it.rooms[robot], goals[0])))
-        for robot in it.right.decide(it.standing()):
-            goal = left[robot].pop(0)
-            it.set_out(robot, Claim(it.rooms[robot], goal, way(graph, it.rooms[robot], goal)))
+                if dice.random() < 0.5:  # type: ignore[attr-defined]
+                    set_out()
+        set_out()
         moves = it.moves()
         if not moves:
             break
