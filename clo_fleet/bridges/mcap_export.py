@@ -158,9 +158,9 @@ def _messages(scene: Mapping[str, Any], events: Sequence[Mapping[str, Any]]) -> 
 
 def _note(event: Mapping[str, Any], holding: Mapping[str, Sequence[int]], held: dict[str, str]) -> None:
     """Who has what in hand now."""
-    words = event["fact"].strip("()").split()
-    if words[0] in holding:
-        robot, item = (words[place] for place in holding[words[0]])
+    predicate, *arguments = event["fact"].strip("()").split() or [""]
+    if predicate in holding and len(arguments) >= max(holding[predicate]):
+        robot, item = (arguments[place - 1] for place in holding[predicate])
         if event["value"]:
             held[item] = robot
         elif held.get(item) == robot:  # the next one has it already, otherwise

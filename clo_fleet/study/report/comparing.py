@@ -25,7 +25,7 @@ __all__ = [
     "Setting",
     "by_strategy",
     "differences",
-    "interval",
+    "estimate",
     "outcomes",
     "setting_of",
 ]
@@ -173,13 +173,13 @@ def by_strategy(rows: Iterable[Row], swept: Sequence[str]) -> Mapping[str, Mappi
     return found
 
 
-def interval(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> tuple[float, float]:
-    """Of the mean, by resampling; the value itself where there is only one."""
+def estimate(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> tuple[float, float, float]:
+    """The mean, and its interval by resampling: the value itself where there is only one."""
     random, count = np.random.default_rng(0), len(values)
     blocks = np.array_split(np.arange(RESAMPLES), -(-RESAMPLES * count // AT_ONCE))
     means = [values[random.integers(0, count, (len(block), count))].mean(axis=1) for block in blocks]
     low, high = np.percentile(np.concatenate(means), (LOW, HIGH))
-    return float(low), float(high)
+    return float(values.mean()), float(low), float(high)
 
 
 def _pairs(
@@ -196,7 +196,7 @@ def _compared(pairs: Sequence[tuple[Row, Row]], setting: Setting, strategy: str,
     for metric in METRICS if both else ():
         values = np.array([[getattr(row, metric) for row in pair] for pair in both], dtype=np.float64)
         change = values[:, 1] - values[:, 0]
-        low, high = interval(change)
+        difference, low, high = estimate(change)
         yield Difference(
             setting=setting,
             metric=metric,
@@ -206,7 +206,7 @@ def _compared(pairs: Sequence[tuple[Row, Row]], setting: Setting, strategy: str,
             of=len(pairs),
             baseline_mean=float(values[:, 0].mean()),
             mean=float(values[:, 1].mean()),
-            difference=float(change.mean()),
+            difference=difference,
             low=low,
             high=high,
         )

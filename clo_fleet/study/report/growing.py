@@ -14,7 +14,7 @@ from types import MappingProxyType
 import numpy as np
 
 from clo_fleet.study.batch.row import Row
-from clo_fleet.study.report.comparing import METRICS, REACHED, Place, Setting, by_strategy, interval, setting_of
+from clo_fleet.study.report.comparing import METRICS, REACHED, Place, Setting, by_strategy, estimate, setting_of
 
 __all__ = ["FIGURES", "SHARE", "Growth", "growth"]
 
@@ -86,7 +86,7 @@ def _points(setting: Setting, robots: int, runs: Mapping[str, Mapping[Place, Row
         values |= {metric: [float(getattr(own[place], metric)) for place in reached] for metric in METRICS}
         for figure, numbers in values.items():
             if numbers:
-                low, high = interval(np.array(numbers))
+                mean, low, high = estimate(np.array(numbers))
                 yield Growth(
                     setting=setting,
                     figure=figure,
@@ -94,7 +94,7 @@ def _points(setting: Setting, robots: int, runs: Mapping[str, Mapping[Place, Row
                     robots=robots,
                     runs=len(numbers),
                     of=len(own),
-                    mean=sum(numbers) / len(numbers),
+                    mean=mean,
                     low=low,
                     high=high,
                 )
