@@ -13,7 +13,6 @@ Messages are JSON. Time 0 of the run is time 0 of the file; the frame is the bui
 
 import json
 import math
-import os
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -21,6 +20,7 @@ from types import MappingProxyType
 from typing import Any, BinaryIO
 
 from clo_fleet.errors import CloFleetError
+from clo_fleet.study.atomic import written_whole
 from clo_fleet.study.event_log import read_events
 from clo_fleet.study.replay.page import read_scene
 from clo_fleet.study.replay.recording import piece
@@ -86,14 +86,8 @@ def export(folder: Path, target: Path) -> int:
     except ImportError:
         raise MissingMcapError from None
     scene, events = read_scene(folder), read_events(folder / "events.jsonl")
-    draft = target.with_name(f".{target.name}.{os.getpid()}.draft")
-    try:
-        with draft.open("wb") as stream:
-            number = _write(stream, _messages(scene, events))
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
-    return number
+    with written_whole(target) as temporary, temporary.open("wb") as stream:
+        return _write(stream, _messages(scene, events))
 
 
 Message = tuple[float, str, str, Mapping[str, Any]]  # time [s], topic, type, content

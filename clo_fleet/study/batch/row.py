@@ -4,12 +4,12 @@ A row in its folder is what makes a run done: it is written last, and whole or n
 """
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, Self
 
+from clo_fleet.study.atomic import write_whole
 from clo_fleet.study.batch.definition import Definition
 
 __all__ = ["ENDED", "Row", "read_row", "row_of", "write_row"]
@@ -136,12 +136,7 @@ def read_row(folder: Path) -> Row | None:
 
 def write_row(row: Row, folder: Path) -> None:
     """Write ``row.json``, whole or not at all, and for good."""
-    draft = folder / f".row.{os.getpid()}.draft"
-    with draft.open("w", encoding="utf-8") as file:
-        file.write(row.to_json() + "\n")
-        file.flush()
-        os.fsync(file.fileno())
-    draft.replace(folder / "row.json")
+    write_whole(folder / "row.json", (row.to_json() + "\n").encode())
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -10,12 +10,12 @@ In the batch's folder:
 """
 
 import json
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
 
 from clo_fleet.errors import CloFleetError
+from clo_fleet.study.atomic import write_whole
 from clo_fleet.study.batch.definition import Definition
 from clo_fleet.study.batch.launching import Launcher
 from clo_fleet.study.batch.row import Row, read_row
@@ -136,6 +136,4 @@ def _note(batch: Batch, folder: Path) -> None:
         "swept": list(batch.swept),
         "runs": [json.loads(run.to_json()) for run in batch.runs],
     }
-    draft = folder / f".batch.{os.getpid()}.draft"
-    draft.write_text(json.dumps(noted, indent=1) + "\n", encoding="utf-8")
-    draft.replace(folder / "batch.json")
+    write_whole(folder / "batch.json", (json.dumps(noted, indent=1) + "\n").encode())

@@ -200,7 +200,7 @@ class Drawing {
   drawHelps(context, time) {
     const ended = upTo(this.run.helps, time);
     for (let i = ended - 1; i >= 0 && time - this.run.helps[i][0] < SHOWN; i--) {
-      const [t, by, robot, fact] = this.run.helps[i], from = this.poses.get(by) || this.run.pose(by, time), to = this.poses.get(robot);
+      const [t, by, robot, fact] = this.run.helps[i], from = this.run.pose(by, time), to = this.poses.get(robot);
       if (!from || !to) continue;
       const a = this.at(from.x, from.y), b = this.at(to.x, to.y);
       context.globalAlpha = Math.min(1, (SHOWN - time + t) / 1.5); context.strokeStyle = this.ink.good; context.lineWidth = 3;

@@ -9,7 +9,6 @@ import gzip
 import hashlib
 import html
 import json
-import os
 import re
 from collections.abc import Mapping
 from importlib.resources import files
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from clo_fleet.errors import CloFleetError
+from clo_fleet.study.atomic import write_whole
 from clo_fleet.study.event_log import read_events
 from clo_fleet.study.replay.recording import piece
 from clo_fleet.study.replay.scene import SCENE_FORMAT
@@ -47,9 +47,7 @@ def view(folder: Path) -> Path:
     """
     scene = read_scene(folder)
     target = folder / "run.html"
-    draft = folder / f".run.{os.getpid()}.draft"
-    draft.write_text(page(scene, read_events(folder / "events.jsonl")), encoding="utf-8")
-    draft.replace(target)
+    write_whole(target, page(scene, read_events(folder / "events.jsonl")).encode())
     return target
 
 

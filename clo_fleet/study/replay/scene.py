@@ -6,11 +6,11 @@ objects. Each object has those of its facts that hold at the start.
 """
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from clo_fleet.clo.task import fact_text
+from clo_fleet.study.atomic import write_whole
 from clo_fleet.world.binding import SensorKind
 from clo_fleet.world.model import World
 from clo_fleet.world.vocabulary import vocabulary
@@ -68,6 +68,4 @@ def scene(world: World) -> dict[str, Any]:
 
 def write_scene(world: World, path: Path) -> None:
     """Write ``scene.json``, whole or not at all."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
-    draft.write_text(json.dumps(scene(world), separators=(",", ":")) + "\n", encoding="utf-8")
-    draft.replace(path)
+    write_whole(path, (json.dumps(scene(world), separators=(",", ":")) + "\n").encode())

@@ -4,12 +4,12 @@ In the batch's folder: ``report.html``, and in ``report/`` the tables as CSV and
 """
 
 import html
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
 from clo_fleet.errors import CloFleetError
+from clo_fleet.study.atomic import write_whole
 from clo_fleet.study.batch.row import Row
 from clo_fleet.study.batch.running import read_swept, rows
 from clo_fleet.study.report.comparing import METRICS, REACHED, differences, outcomes
@@ -98,7 +98,7 @@ def report(folder: Path, baseline: str = "") -> Path:
     drawn = {name: figure for name, figure in figures.items() if figure is not None}
     _write_files(folder / "report", tables, drawn)
     page = folder / "report.html"
-    _write(page, _page(folder.name, found, baseline, tables, drawn))
+    write_whole(page, _page(folder.name, found, baseline, tables, drawn).encode())
     return page
 
 
@@ -165,18 +165,11 @@ def _html(table: Table) -> str:
 def _write_files(folder: Path, tables: Iterable[Table], figures: Mapping[str, str]) -> None:
     folder.mkdir(exist_ok=True)
     for table in tables:
-        _write(folder / f"{table.name}.md", as_markdown(table))
-        _write(folder / f"{table.name}.csv", as_csv(table))
+        write_whole(folder / f"{table.name}.md", as_markdown(table).encode())
+        write_whole(folder / f"{table.name}.csv", as_csv(table).encode())
     for kind in FIGURE_KINDS:  # of an earlier report
         for path in folder.glob(f"{kind}_*.svg"):
             path.unlink()
     for name, figure in figures.items():
         safe = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in name)
-        _write(folder / f"{safe}.svg", figure)
-
-
-def _write(path: Path, text: str) -> None:
-    """Whole or not at all."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
-    draft.write_text(text, encoding="utf-8")
-    draft.replace(path)
+        write_whole(folder / f"{safe}.svg", figure.encode())
